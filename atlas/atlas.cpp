@@ -58,7 +58,7 @@ std::vector<ShownCell> renumbered(std::span<const ShownCell> shown,
   return renumbered;
 }
 
-// What tiles show, by slot, before and after their cells are numbered anew.
+// Renumbers the cells that the tiles of each view slot show.
 class RenumberedTiles {
  public:
   explicit RenumberedTiles(std::vector<std::vector<std::uint32_t>> cells_now) : cells_now_(std::move(cells_now)) {}
@@ -186,7 +186,7 @@ void Atlas::replace(std::uint32_t slot, StoredView view, std::vector<ShownCell> 
   const std::scoped_lock lock(mutex_);
   require_stored(slot);
   require_cells_of(entry.view->name, *entry.shown);
-  views_[slot].swap(entry.view);  // so that the old view is freed after the lock
+  views_[slot].swap(entry.view);  // the old view is freed after the lock
   shown_[slot].swap(entry.shown);
 }
 
@@ -264,7 +264,7 @@ std::pair<std::size_t, std::vector<SharedShownCells>> Atlas::shown_of_cells() co
   return {references_.size(), shown_};
 }
 
-// What a store has of each cell.
+// The store's values of each cell.
 struct Atlas::ByCell {
   std::vector<SharedSlots> references;
   std::vector<std::uint8_t> seen, changed;
@@ -290,7 +290,7 @@ Atlas::ByCell Atlas::by_cell(std::span<const std::uint32_t> previous_cell) const
   return now;
 }
 
-// What the tiles show is numbered anew without the lock, then once more for the views that other threads have changed
+// Renumbers the cells that tiles show without the lock, then once more for the views that other threads have changed
 // meanwhile, and under the lock for the few that they have changed since. So no writer can put the surface off.
 void Atlas::replace_surface(std::shared_ptr<const Surface> surface, std::span<const std::uint32_t> previous_cell) {
   const std::size_t cells = checked(surface).cells.cells.size();
@@ -309,9 +309,9 @@ void Atlas::replace_surface(std::shared_ptr<const Surface> surface, std::span<co
     }
     tiles.follow(shown_);
     ByCell now = by_cell(previous_cell);
-    // Nothing from here on may fail.
+    // The code from here on must not fail.
     shown_.swap(tiles.now());
-    surface_.swap(surface);  // so that the old one is freed after the lock
+    surface_.swap(surface);  // the old surface is freed after the lock
     references_.swap(now.references);
     references_to_slot_.swap(now.references_to_slot);
     cell_seen_.swap(now.seen);
@@ -328,13 +328,13 @@ void Atlas::choose_tiles_anew() {
   choose_tiles_anew_ = true;
 }
 
-void Atlas::bound_tiles(std::uint32_t max_tiles) {
+void Atlas::set_tile_limit(std::uint32_t max_tiles) {
   const std::unique_lock one_at_a_time = one_snapshot_at_a_time();
-  if (maker_) maker_->bound_tiles(max_tiles);
+  if (maker_) maker_->set_tile_limit(max_tiles);
   layout_.max_tiles = max_tiles;
 }
 
-std::vector<SharedShownCells> Atlas::cut_anew(const TileOptions& layout, std::vector<SharedShownCells> shown) {
+std::vector<SharedShownCells> Atlas::retile(const TileOptions& layout, std::vector<SharedShownCells> shown) {
   lumatlas::check(layout);
   const std::unique_lock one_at_a_time = one_snapshot_at_a_time();
   const std::scoped_lock lock(mutex_);

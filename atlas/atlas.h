@@ -46,69 +46,70 @@ class Atlas {
 
   [[nodiscard]] const TileOptions& layout() const { return layout_; }
 
-  // Puts a view in the lowest free slot, with a gain of 1, and returns the slot. `shown` has the cells of the surface
-  // that each of its tiles shows; tiles without any are never resident. Throws std::logic_error if there is no slot,
-  // std::invalid_argument unless the view passes check(), `shown` passes require_shown_cells_of() and names cells that
-  // the surface has now, which another thread may have replaced since `shown` was made.
+  // Puts a view in the lowest free view slot, with a gain of 1, and returns the slot. `shown` has the cells of the
+  // surface that each of its tiles shows; tiles without any are never resident. Throws std::logic_error if there is no
+  // slot, std::invalid_argument unless the view passes check(), `shown` passes require_shown_cells_of() and names cells
+  // that the surface has now, which another thread may have replaced since `shown` was made.
   std::uint32_t insert(StoredView view, std::vector<ShownCell> shown = {});
-  // The same in a slot of the caller's choice, which must be free (std::logic_error) and below capacity()
+  // The same in a view slot of the caller's choice, which must be free (std::logic_error) and below capacity()
   // (std::invalid_argument).
   void insert_at(std::uint32_t slot, StoredView view, std::vector<ShownCell> shown = {});
-  // Puts a view in the place of the one in a slot, which must hold one (std::logic_error): the same photograph with
-  // another pose or mask. References to the slot and its gain stay; snapshots taken before keep the old view. What is
-  // handed in is checked as by insert().
+  // Puts a view in the place of the one in a view slot, which must hold one (std::logic_error): the same photograph
+  // with another pose or mask. References to the slot and its gain stay; snapshots taken before keep the old view. What
+  // is handed in is checked as by insert().
   void replace(std::uint32_t slot, StoredView view, std::vector<ShownCell> shown = {});
-  // Frees a slot, which must hold a view that no cell refers to any more (std::logic_error).
+  // Frees a view slot, which must hold a view that no cell refers to any more (std::logic_error).
   void erase(std::uint32_t slot);
-  // Null where the slot is free. Throws std::invalid_argument unless slot < capacity().
+  // Null where the view slot is free. Throws std::invalid_argument unless slot < capacity().
   [[nodiscard]] std::shared_ptr<const StoredView> view(std::uint32_t slot) const;
-  // Which cells its tiles show; never null, empty where the slot is free. Throws as view() does.
+  // Which cells its tiles show; never null, empty where the view slot is free. Throws as view() does.
   [[nodiscard]] SharedShownCells shown(std::uint32_t slot) const;
 
-  // The exposure of the view in a slot, which must hold one (std::logic_error), see Snapshot::gains. Throws
+  // The exposure of the view in a view slot, which must hold one (std::logic_error), see Snapshot::gains. Throws
   // std::invalid_argument unless each channel is within [kLeastExposureGain, kMostExposureGain].
   void set_gain(std::uint32_t slot, const glm::dvec3& gain);
   [[nodiscard]] glm::dvec3 gain(std::uint32_t slot) const;
 
-  // Replaces the references of one cell. Every slot must hold a view (std::logic_error). Throws std::invalid_argument
-  // unless the surface has the cell and no slot comes twice.
+  // Replaces the references of one cell. Every view slot must hold a view (std::logic_error). Throws
+  // std::invalid_argument unless the surface has the cell and no slot comes twice.
   void set_references(std::uint32_t cell, std::vector<std::uint32_t> slots);
-  [[nodiscard]] std::vector<std::uint32_t> references(std::uint32_t cell) const;  // as for the cell above
+  [[nodiscard]] std::vector<std::uint32_t> references(
+      std::uint32_t cell) const;  // throws if the surface lacks the cell
   // Notes that an offered view saw these cells. Throws std::invalid_argument unless the surface has them all.
   void mark_seen(std::span<const CellPixels> cells);
 
-  // Puts another surface under the stored views. `previous_cell` says for each of its cells which one it was, or
-  // kNoCell: see CellGrowth. A cell takes the references of the one that it was, and whether it was seen; a new one has
-  // none and is unseen; what no cell of the new surface was, is dropped. Several cells may have been one. Views and
-  // gains stay as they are: their depth and validity are those of the old surface until each is replaced by replace().
-  // Snapshots taken before keep the old surface. Other threads may change views meanwhile, as often as they like: they
-  // wait at the end until what the views show that changed last is in order. Throws std::invalid_argument, unless the
+  // Replaces the surface under the stored views. `previous_cell` has for each new cell the number of the cell that it
+  // was before, or kNoCell: see CellGrowth. A cell inherits the references of that cell, and whether it was seen. A new
+  // cell has no references and is unseen. Cells that no new cell names are dropped; several may name one. Views and
+  // gains stay as they are: their depth and validity are those of the old surface until replace() replaces each view.
+  // Snapshots taken before keep the old surface. Other threads may change views meanwhile, as often as they like. At
+  // the end they wait until the views that changed last are renumbered. Throws std::invalid_argument, unless the
   // surface passes check() and has the same offset as the one before, on which the views' cameras depend, and
   // `previous_cell` has one entry per cell, each a cell that was there or kNoCell.
   void replace_surface(std::shared_ptr<const Surface> surface, std::span<const std::uint32_t> previous_cell);
 
-  // The store as it is now. Costs what has changed since the last snapshot: views are projected onto the vertices, and
-  // their tiles looked up, when they are new, moved or referred to by other cells. Beyond that tables are copied as
-  // they are. All of that happens outside of the lock that the other calls take. Vertex colours are as of
+  // Returns the store as it is now. The time depends on the changes since the last snapshot: views are projected onto
+  // the vertices, and their tiles looked up, if they are new, moved or referred to by other cells. Other tables are
+  // copied. All of that happens outside the lock that the other calls take. Vertex colours are those of
   // VertexColorMean.
   //
-  // Tiles that were resident in the snapshot before, and still are, keep their slots. Where the references need more
-  // tiles than the layout has, the policy chooses among them, and the snapshot's references are to those. A view
-  // without a resident tile is left out. Throws std::logic_error where there is no policy or it chose what it must not,
-  // and where the policy itself asks for a snapshot, which would wait for the one that it is asked for.
+  // Tiles that were resident in the snapshot before, and still are, keep their tile places. Where the references need
+  // more tiles than the layout has, the policy chooses among them, and the snapshot's references are to those. A view
+  // without a resident tile is left out. Throws std::logic_error if there is no policy, if it made a choice that it
+  // must not make, or if the policy itself asks for a snapshot, which would wait for itself.
   [[nodiscard]] Snapshot snapshot() const;
   // Lets the policy choose the next snapshot's tiles from all, as for the first one, instead of going on from those
   // that are resident. That takes longer and serves better: it is for when the stream rests.
   void choose_tiles_anew();
-  // Bounds the tiles of the snapshots that follow, 0: as many as the references need, and lets them be chosen anew. No
-  // other thread may ask for the layout meanwhile.
-  void bound_tiles(std::uint32_t max_tiles);
-  // Another layout for the snapshots that follow, with what each slot's tiles show then: of free slots nothing. Views,
-  // references and gains stay; tiles are chosen anew. Waits for a snapshot that another thread takes. Returns what the
-  // tiles showed before, which takes all back with the former layout. Throws std::invalid_argument, and changes
-  // nothing, unless the layout passes check() and there is for each slot, never null, what insert() would take. No
-  // other thread may insert or replace views, or ask for the layout, meanwhile.
-  std::vector<SharedShownCells> cut_anew(const TileOptions& layout, std::vector<SharedShownCells> shown);
+  // Bounds the tiles of the following snapshots, and lets the policy choose them anew. 0: as many as the references
+  // need. No other thread may ask for the layout meanwhile.
+  void set_tile_limit(std::uint32_t max_tiles);
+  // Sets another layout for the following snapshots. `shown` has what each view slot's tiles show in it; empty for free
+  // slots. Views, references and gains stay; tiles are chosen anew. Waits for a snapshot that another thread takes.
+  // Returns what the tiles showed before: a call with that and the former layout undoes this one. Throws
+  // std::invalid_argument, and changes nothing, unless the layout passes check() and there is for each slot, never
+  // null, what insert() would take. No other thread may insert or replace views, or ask for the layout, meanwhile.
+  std::vector<SharedShownCells> retile(const TileOptions& layout, std::vector<SharedShownCells> shown);
 
  private:
   void require_slot(std::uint32_t slot) const;
@@ -132,25 +133,25 @@ class Atlas {
   TileOptions layout_;
   TilePolicy policy_;
 
-  mutable std::mutex mutex_;  // of all that follows, but the maker
+  mutable std::mutex mutex_;  // guards all members below, except the maker
   std::shared_ptr<const Surface> surface_;
   std::vector<std::shared_ptr<const StoredView>> views_;
-  std::vector<SharedShownCells> shown_;  // by slot, never null
+  std::vector<SharedShownCells> shown_;  // one per view slot, never null
   std::vector<glm::dvec3> gains_;
-  std::vector<std::uint64_t> tenants_;             // by slot: how many views had been inserted anywhere before its own
+  std::vector<std::uint64_t> tenants_;             // one per view slot: how many views had been inserted before its own
   std::uint64_t inserted_ = 0;                     // views, ever
-  std::vector<std::uint32_t> references_to_slot_;  // how many cells refer to each slot
-  std::vector<std::shared_ptr<const std::vector<std::uint32_t>>> references_;  // by cell, never null
+  std::vector<std::uint32_t> references_to_slot_;  // how many cells refer to each view slot
+  std::vector<std::shared_ptr<const std::vector<std::uint32_t>>> references_;  // one per cell, never null
   std::vector<std::uint8_t> cell_seen_;
 
-  // What the last snapshot does not know yet.
+  // The changes since the last snapshot was made.
   mutable bool all_changed_ = true;
   mutable std::vector<std::uint32_t> changed_cells_;  // each once
-  mutable std::vector<std::uint8_t> cell_changed_;    // by cell: 1 if it is among them
+  mutable std::vector<std::uint8_t> cell_changed_;    // one per cell: 1 if it has changed
   mutable std::vector<std::uint32_t> newly_seen_;     // cells
   mutable bool choose_tiles_anew_ = false;
 
-  mutable std::mutex snapshot_mutex_;                     // of the maker; taken before the other
+  mutable std::mutex snapshot_mutex_;                     // guards the maker; locked before the other
   mutable std::atomic<std::thread::id> snapshot_thread_;  // the one that is in snapshot(); none: a default id
   mutable std::unique_ptr<SnapshotMaker> maker_;
 };

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What a model shows to programs that do not know its extension: one image, and where in it each face lies. The
-// renderer has the photographs and does not look at it.
+// The texture that a model shows to programs that do not know its extension: one image, and the place of each face in
+// it. The renderer has the photographs and does not use it.
 #pragma once
 
 #include <array>
@@ -13,12 +13,13 @@
 namespace lumatlas {
 
 struct BaseTexture {
-  Photograph image;                             // sRGB
-  ImageCoding coding;                           // of the image in a file
-  std::vector<std::array<glm::vec2, 3>> faces;  // of each, its corners: shares of the image's sides from the top left
+  Photograph image;    // sRGB
+  ImageCoding coding;  // how the image is coded in a file
+  std::vector<std::array<glm::vec2, 3>>
+      faces;  // the corners of each face: shares of the image's sides from the top left
 };
 
-// Throws std::invalid_argument unless there is an image that can be coded so, and each of so many faces lies inside.
+// Throws std::invalid_argument if the image cannot be coded so, or if one of the `faces` faces does not lie inside it.
 void check(const BaseTexture& texture, std::size_t faces);
 
 }  // namespace lumatlas

@@ -14,8 +14,8 @@ namespace lumatlas {
 
 namespace {
 
-constexpr double kFits = 0.002;  // of a depth: a tenth of what a point may lie behind it and be seen
-constexpr int kRefinements = 2;  // of which plane a pixel belongs to
+constexpr double kFits = 0.002;  // share of a depth: a tenth of the distance that a point may lie behind it and be seen
+constexpr int kRefinements = 2;  // passes that choose a plane for each pixel
 constexpr std::uint32_t kPixels = kDepthBlockSide * kDepthBlockSide;
 constexpr std::uint16_t kSign = 0x8000;
 
@@ -36,7 +36,7 @@ std::uint32_t quad_bit(std::uint32_t number) {
 }
 
 struct Pixel {
-  double reciprocal = 0;  // of depth as a share of the scale; 0: no surface
+  double reciprocal = 0;  // 1 / depth as a share of the scale; 0: no surface
   bool kept = false;      // may be asked for
   bool at_rim = false;
   std::uint32_t plane = 0;
@@ -91,9 +91,9 @@ double error_of(const Planes& planes, const Pixels& pixels) {
   return error;
 }
 
-// Of a plane's pixels, weighted so that errors count by their share of the depth.
+// Means over a plane's pixels, weighted so that errors count by their share of the depth.
 struct Means {
-  double level = 0;   // of the reciprocals
+  double level = 0;   // mean of the reciprocals
   double weight = 0;  // in all
   double value = 0;   // reciprocal as a share of the level
   glm::dvec2 place{0};
@@ -134,7 +134,7 @@ std::array<Means, 2> means_of(const Pixels& pixels) {
 
 // That all planes have in common.
 glm::dvec2 slope_of(const Pixels& pixels, const std::array<Means, 2>& means) {
-  constexpr double kRidge = 1e-6;  // where pixels are in a line, no slope across it
+  constexpr double kRidge = 1e-6;  // pixels in a line get no slope across it
   glm::dmat2 spread(kRidge);
   glm::dvec2 along(0);
   for_each_kept(pixels, means, [&](std::uint32_t plane, double weight, double value, const glm::dvec2& place) {
@@ -151,7 +151,7 @@ Planes fitted(const Pixels& pixels) {
   const std::array<Means, 2> means = means_of(pixels);
   const glm::dvec2 slope = slope_of(pixels, means);
   Planes planes;
-  double sum = 0, weight = 0;  // of middles as shares of their levels, which are near 1
+  double sum = 0, weight = 0;  // sums over middles as shares of their levels, which are near 1
   for (std::size_t plane = 0; plane < 2; ++plane) {
     const double share = means[plane].value - glm::dot(slope, means[plane].place);
     planes.middle[plane] = means[plane].level * share;
@@ -214,7 +214,7 @@ std::uint32_t half_below(double value) {
 
 // Lower by what the plane exceeds a pixel by, so that no pixel is found behind itself.
 std::uint32_t lowered_middle(const Planes& planes, std::uint32_t plane, const Pixels& pixels) {
-  constexpr double kRounding = 1 + 1e-6;  // of the shader
+  constexpr double kRounding = 1 + 1e-6;  // rounding of the shader
   double over = 1;
   for (std::uint32_t number = 0; number < kPixels; ++number) {
     const Pixel& pixel = pixels[number];

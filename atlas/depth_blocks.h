@@ -23,26 +23,26 @@
 
 namespace lumatlas {
 
-inline constexpr double kMostDepthSlope = 0.125;  // of b and c, a pixel; what is steeper is cut to it
+inline constexpr double kMostDepthSlope = 0.125;  // largest b and c, per pixel; steeper slopes are cut to it
 
 using DepthBlock = std::array<std::uint32_t, 4>;
 
 // A power of two near the median of the view's depths; 1 if it has none.
 [[nodiscard]] float depth_scale(const StoredView& view);
 
-// The block whose first pixel is (x, y); beyond the image nothing is. Of pixels that the view's validity leaves out,
-// neighbours included, nothing is kept, as long as there are others; the others are shown at their depth or behind it,
-// so that no view finds what it shows hidden. tools/viewer/page/shaders/depth.frag does the same.
+// Returns the block whose first pixel is (x, y). Pixels beyond the image are empty. Pixels that the view's validity
+// leaves out, and their neighbours, are not kept while there are others. The others are shown at their depth or behind
+// it, so that no view finds what it shows hidden. tools/viewer/page/shaders/depth.frag does the same.
 [[nodiscard]] DepthBlock depth_block(const StoredView& view, std::uint32_t x, std::uint32_t y, float scale);
 
-// What a block says at the middle of its pixel `number`.
+// The block's value at the middle of its pixel `number`.
 struct BlockPixel {
-  double reciprocal = 0;  // of its depth, as the view's
+  double reciprocal = 0;  // 1 / depth, in the view's unit
   bool at_rim = false;
 };
 [[nodiscard]] BlockPixel decoded(const DepthBlock& block, std::uint32_t number, float scale);
 
-// What the texture array says of each pixel of a view, row by row from the top left.
+// Returns what the texture array holds for each pixel of a view, row by row from the top left.
 [[nodiscard]] std::vector<BlockPixel> shown_depths(const StoredView& view);
 
 }  // namespace lumatlas

@@ -8,10 +8,10 @@
 
 namespace lumatlas {
 
-// Of cell k, the slots of the store that it refers to are views[offsets[k]] up to views[offsets[k + 1]].
+// Cell k refers to the view slots views[offsets[k]] up to views[offsets[k + 1]].
 struct ReferenceTable {
   std::vector<std::uint32_t> offsets{0};  // one more than there are cells
-  std::vector<std::uint32_t> views;       // slots of the store
+  std::vector<std::uint32_t> views;       // view slots of the store
 
   // `cell` must be below the number of cells; this is not checked.
   [[nodiscard]] std::span<const std::uint32_t> of_cell(std::size_t cell) const {

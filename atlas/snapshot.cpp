@@ -75,7 +75,7 @@ void check_tiles(const Snapshot& snapshot) {
   }
 }
 
-void drop_references_to_nobody(Snapshot& snapshot) {
+void drop_references_to_free_slots(Snapshot& snapshot) {
   ReferenceTable kept;
   kept.offsets.reserve(snapshot.references.offsets.size());
   kept.views.reserve(snapshot.references.views.size());
@@ -88,7 +88,7 @@ void drop_references_to_nobody(Snapshot& snapshot) {
   snapshot.references = std::move(kept);
 }
 
-void drop_tiles_of_nobody(Snapshot& snapshot) {
+void drop_tiles_of_free_slots(Snapshot& snapshot) {
   TileTable kept;
   kept.options = snapshot.tiles.options;
   kept.first_tile.push_back(0);
@@ -171,8 +171,8 @@ void leave_out_views_without_tiles(Snapshot& snapshot) {
     snapshot.views[slot].reset();
   }
   if (!left_out) return;
-  drop_references_to_nobody(snapshot);
-  drop_tiles_of_nobody(snapshot);
+  drop_references_to_free_slots(snapshot);
+  drop_tiles_of_free_slots(snapshot);
 }
 
 }  // namespace lumatlas

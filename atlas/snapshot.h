@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What the renderer, and a model file, need to know of a scene at one moment.
+// The state of a scene at one moment, as the renderer and a model file need it.
 #pragma once
 
 #include <cstdint>
@@ -22,15 +22,16 @@ inline constexpr double kMostExposureGain = 1e6;
 // Immutable once made. With tiles, a view is there only if at least one of its tiles is resident.
 struct Snapshot {
   std::shared_ptr<const Surface> surface;
-  std::vector<std::shared_ptr<const StoredView>> views;  // by slot of the store; null: the slot shows nothing
-  // Exposure by slot, per channel R G B: linear light of the photograph times this is the model's. 1 where no view is.
+  std::vector<std::shared_ptr<const StoredView>> views;  // one per view slot; null: the view slot shows nothing
+  // Exposure by view slot, per channel R G B: linear light of the photograph times this is the model's. 1 where no view
+  // is.
   std::vector<glm::dvec3> gains;
-  ReferenceTable references;               // to slots that hold a view
-  std::vector<std::uint8_t> cell_seen;     // by cell, 1: some offered view saw it, kept or not
+  ReferenceTable references;               // to view slots that hold a view
+  std::vector<std::uint8_t> cell_seen;     // one per cell, 1: some offered view saw it, kept or not
   std::vector<glm::u8vec3> vertex_colors;  // sRGB, one per vertex: shown where no view is valid
   TileTable tiles;                         // which parts of the views are resident
-  // How well the stored views cover each cell by the measure that they were chosen by, >= 0; not for drawing. Empty:
-  // nobody has said, as in every snapshot that an atlas gives.
+  // How well the stored views cover each cell, by the measure that chose them, >= 0. Not used for drawing. Empty in
+  // every snapshot that an atlas makes.
   std::vector<float> cell_coverage;
   // Standard deviation of each cell's surface along a ray, scene units, >= 0: see
   // planner/refinement/surface_deviation.h. The renderer blurs photographs by it in pictures from other directions.
@@ -42,7 +43,7 @@ struct Snapshot {
 // views pass their own check() and all tables are as described above. Looks at each face and each reference once.
 void check(const Snapshot& snapshot);
 
-// check() but for that of the surface, which looks at every face: for one that is known to pass it.
+// Like check(), without the check of the surface, which looks at every face. For a surface that has passed it.
 void check_but_surface(const Snapshot& snapshot);
 
 // That part of check() which is about the gains.
@@ -51,8 +52,8 @@ void check_gains(const Snapshot& snapshot);
 // The snapshot without the far sphere of its surface.
 [[nodiscard]] Snapshot without_far_sphere(const Snapshot& snapshot);
 
-// With tiles, takes away the views that have no resident tile, with the references to them: nothing of them is shown,
-// so that neither memory nor a file need hold their photographs. Slots keep their numbers.
+// With tiles, removes the views that have no resident tile, and the references to them. They are not shown, so neither
+// memory nor a file need hold their photographs. Slots keep their numbers.
 void leave_out_views_without_tiles(Snapshot& snapshot);
 
 }  // namespace lumatlas

@@ -49,7 +49,7 @@ SnapshotMaker::SnapshotMaker(const TileOptions& layout, TilePolicy policy)
   if (!layout.whole_views()) slots_.emplace(layout);
 }
 
-void SnapshotMaker::bound_tiles(std::uint32_t max_tiles) {
+void SnapshotMaker::set_tile_limit(std::uint32_t max_tiles) {
   if (!slots_) return;
   TileOptions layout = layout_;
   layout.max_tiles = max_tiles;

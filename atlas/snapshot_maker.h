@@ -15,7 +15,7 @@
 
 namespace lumatlas {
 
-// The slots that one cell refers to. Never null; whoever changes them puts another list in its place.
+// The view slots that one cell refers to. Never null; a change replaces the whole list.
 using SharedSlots = std::shared_ptr<const std::vector<std::uint32_t>>;
 
 struct CellReferences {
@@ -26,11 +26,11 @@ struct CellReferences {
 // A store at one moment, as far as its last snapshot does not know it.
 struct StoreChanges {
   std::shared_ptr<const Surface> surface;
-  std::vector<std::shared_ptr<const StoredView>> views;  // by slot
-  std::vector<SharedShownCells> shown;                   // by slot
-  std::vector<glm::dvec3> gains;                         // by slot
-  std::vector<std::uint64_t> tenants;                    // by slot, another number for each view that was inserted
-  bool all_cells = false;                                // what follows is of every cell; else of those that changed
+  std::vector<std::shared_ptr<const StoredView>> views;  // one per view slot
+  std::vector<SharedShownCells> shown;                   // one per view slot
+  std::vector<glm::dvec3> gains;                         // one per view slot
+  std::vector<std::uint64_t> tenants;  // one per view slot; another number for each view that was inserted
+  bool all_cells = false;              // the fields below have every cell; else those that changed
   std::vector<CellReferences> references;
   std::vector<std::uint32_t> seen;  // cells
   bool choose_tiles_anew = false;
@@ -46,7 +46,7 @@ class SnapshotMaker {
   [[nodiscard]] Snapshot snapshot(StoreChanges changes);
 
   // From the next snapshot on, whose tiles are chosen from all; with whole views it changes nothing.
-  void bound_tiles(std::uint32_t max_tiles);
+  void set_tile_limit(std::uint32_t max_tiles);
 
  private:
   void follow(StoreChanges& changes);
@@ -59,10 +59,10 @@ class SnapshotMaker {
   TileOptions layout_;
   TilePolicy policy_;
   StoreChanges store_;                              // its lists of changes are empty
-  std::vector<SharedSlots> references_;             // by cell
-  std::vector<std::uint8_t> cell_seen_;             // by cell
-  ReferenceTable table_;                            // of references_
-  std::vector<std::vector<std::uint32_t>> needed_;  // by slot, the tiles that the references need
+  std::vector<SharedSlots> references_;             // one per cell
+  std::vector<std::uint8_t> cell_seen_;             // one per cell
+  ReferenceTable table_;                            // made from references_
+  std::vector<std::vector<std::uint32_t>> needed_;  // one per view slot: the tiles that the references need
   std::vector<ViewTile> resident_;                  // in the last snapshot, of views that are still there
   std::optional<TileSlots> slots_;                  // none: whole views
   VertexColors colors_;

@@ -15,7 +15,7 @@ namespace lumatlas {
 struct Surface {
   Mesh mesh;
   Cells cells;
-  glm::dvec3 offset{0.0};  // what was subtracted from the input's coordinates, scene units
+  glm::dvec3 offset{0.0};  // subtracted from the input's coordinates, scene units
   // How many of the last faces, vertices and cells are the far sphere (mesh/far_sphere.h): what photographs show where
   // they see no other face, drawn as if it were infinitely far. It shares no vertex with the other faces.
   std::uint32_t far_faces = 0, far_vertices = 0, far_cells = 0;
@@ -24,9 +24,9 @@ struct Surface {
   [[nodiscard]] std::size_t near_cells() const { return cells.cells.size() - far_cells; }
 };
 
-// Throws std::invalid_argument, naming the first face or table that breaks a rule, unless every corner of a face is a
-// vertex, the mesh has a colour for each vertex or none at all, cell_of_face names an existing cell for each face, and
-// no face or cell is both near and far.
+// Throws std::invalid_argument, naming the first face or table that breaks a rule. Every corner of a face must be a
+// vertex, the mesh must have a colour for each vertex or none at all, cell_of_face must name an existing cell for each
+// face, and no face or cell may be both near and far.
 void check(const Surface& surface);
 
 // Returns the surface without its far sphere. Use it for the extent of the scene and for textures.

@@ -103,8 +103,8 @@ class DepthEdges {
     return values;
   }
 
-  // Of each pixel of a row, the depth within the radius that comes before all others. An edge with any of them is one
-  // with this, which whole rows at a time find faster than each pixel does.
+  // Returns for each pixel of a row the depth within the radius that comes before all others. An edge with any of them
+  // is an edge with this one, which is found faster for whole rows than for each pixel.
   template <typename Before>
   [[nodiscard]] std::vector<float> extremes_around(int y, const Before& before) const {
     const float* middle = depth_.data() + at(0, y);
@@ -242,7 +242,7 @@ std::vector<std::uint8_t> faded(const std::vector<std::uint8_t>& usable, const P
   for_each_row(photograph.height, [&](int y) {
     const std::size_t row = static_cast<std::size_t>(y) * photograph.width;
     const auto along = [&](int x) { return x < 0 || x >= width ? 0 : int{column[row + static_cast<std::size_t>(x)]}; };
-    int last_near = -1;  // of the columns up to x + limit, the last one with an unusable pixel in reach
+    int last_near = -1;  // the last column up to x + limit that has an unusable pixel in reach
     for (int x = 0; x < std::min(limit, width); ++x) last_near = along(x) < limit ? x : last_near;
     for (int x = 0; x < width; ++x) {
       if (along(x + limit) < limit) last_near = x + limit;

@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Where in a photograph a sample may be trusted: valid() of Erat et al. 2019, section 3.1, second and third case,
-// computed once per stored view into a mask instead of per fragment. (The first case, occlusion, needs the sample's
-// depth.)
+// Marks the pixels of a photograph whose samples are valid: valid() of Erat et al. 2019, section 3.1, second and third
+// case, computed once per stored view into a mask instead of per fragment. (The first case, occlusion, needs the
+// sample's depth.)
 //
-// Departures from the print: the image rectangle less the undistortion border instead of the cone alpha; the depth
-// difference relative to the depth; a fade towards invalid pixels instead of a step, so that no seam shows where a
-// photograph ends; and of a depth edge only the farther side is invalid: pixels of the nearer one, the rim of what
-// stands in front, are valid for pictures from about there (blend/geometric_weight.h), which show the same rim before
-// the same things, while colours behind an edge would stay on the surface when the camera moves.
-// ValidityOptions::printed() keeps the step and both sides. And pixels that the other views contradict (a passer-by, a
-// leaf before the lens), which the paper leaves in, weigh next to nothing.
+// Departures from the print: The image rectangle less the undistortion border takes the place of the cone alpha. The
+// depth difference is relative to the depth. Validity fades towards invalid pixels instead of a step, so that no seam
+// shows where a photograph ends. Only the farther side of a depth edge is invalid, because its colours would stay on
+// the surface behind when the camera moves. The nearer side, the rim of the object in front, is valid for pictures from
+// about the same direction (blend/geometric_weight.h), which show the same rim before the same background.
+// ValidityOptions::printed() keeps the step and both sides. Pixels that the other views contradict (a passer-by, a leaf
+// before the lens), which the paper leaves in, weigh next to nothing.
 #pragma once
 
 #include <cstdint>

@@ -19,7 +19,7 @@ namespace lumatlas {
 
 namespace {
 
-constexpr double kOcclusionTolerance = 0.02;  // of the depth; above the mesh's own noise in MVS and RGB-D scans
+constexpr double kOcclusionTolerance = 0.02;  // share of the depth; above the mesh's own noise in MVS and RGB-D scans
 constexpr std::uint8_t kMidGrey = 128;
 // Weight of a pixel beside one at a rim, which has 1 and so decides only at vertices that no other pixels show.
 constexpr std::uint64_t kInnerWeight = 1000;
@@ -80,7 +80,7 @@ class SampleWeights {
   }
 
  private:
-  std::array<std::array<std::uint32_t, 256>, 3> steps_{};  // by channel and value
+  std::array<std::array<std::uint32_t, 256>, 3> steps_{};  // for each channel and value
 };
 
 // Weighted linear colour and weight, 1 of an inner pixel that is wholly valid.

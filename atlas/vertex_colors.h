@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Averaged vertex colours: what is shown where no view is valid, and the baseline of view-independent colouring (what
-// RGB-D fusion gives).
+// Averaged vertex colours: shown where no view is valid, and the baseline of view-independent colouring (as RGB-D
+// fusion makes it).
 #pragma once
 
 #include <cstdint>
@@ -20,13 +20,13 @@
 namespace lumatlas {
 
 // Sums over views at a vertex: red, green and blue in linear light times weight, and weight. Whole numbers, so that the
-// sum does not depend on the order, and what was added can be taken away again: light in steps of 2^-20, what is above
-// 2^10 counts as that; validity times 1000, or times 1 at rims. They hold 65,536 views.
+// sum does not depend on the order, and can be subtracted again. Light is in steps of 2^-20 and clamped to 2^10;
+// validity is times 1000, or times 1 at rims. They hold 65,536 views.
 using ColorSum = glm::u64vec4;
 
-// The mean over views, in linear light, of the colours that they show at each vertex, weighted by validity, and by a
-// thousandth of it where the vertex is at the rim of what the view sees; a view that does not see the vertex (its depth
-// there is nearer by over 2%) does not count.
+// The mean over views, in linear light, of the colours that they show at each vertex. The weight is the validity, or a
+// thousandth of it if the vertex is at a rim in the view. A view that does not see the vertex (its depth there is
+// nearer by over 2%) does not count.
 class VertexColorMean {
  public:
   explicit VertexColorMean(const Mesh& mesh);  // keeps a reference to it
@@ -43,7 +43,7 @@ class VertexColorMean {
   std::vector<ColorSum> sums_;
 };
 
-// What a view shows at a vertex.
+// The colour that a view shows at a vertex.
 struct VertexSample {
   std::uint32_t vertex : 31;
   std::uint32_t at_rim : 1;
@@ -56,7 +56,7 @@ struct VertexSample {
 // gain is added to the sums, or taken away from them, and no other view is looked at.
 class VertexColors {
  public:
-  // Views and gains by slot, null where there is none; the views pass check(). Throws std::invalid_argument for a
+  // Views and gains by view slot, null where there is none; the views pass check(). Throws std::invalid_argument for a
   // surface that is null, and unless there are as many gains as views.
   [[nodiscard]] const std::vector<glm::u8vec3>& of(const std::shared_ptr<const Surface>& surface,
                                                    std::span<const std::shared_ptr<const StoredView>> views,
@@ -69,7 +69,7 @@ class VertexColors {
   struct Shown {
     std::weak_ptr<const StoredView> view;  // which it is; a view that has left the store is not kept alive
     glm::dvec3 gain{1};
-    std::vector<VertexSample> samples;  // by ascending vertex
+    std::vector<VertexSample> samples;  // ascending by vertex
   };
 
   void begin(const std::shared_ptr<const Surface>& surface);
@@ -80,12 +80,12 @@ class VertexColors {
   void spread();
 
   std::shared_ptr<const Surface> surface_;
-  std::vector<Shown> shown_;           // by slot
-  std::vector<ColorSum> sums_;         // by vertex
-  std::vector<std::uint8_t> changed_;  // by vertex: 1 if its sum has changed
+  std::vector<Shown> shown_;           // one per view slot
+  std::vector<ColorSum> sums_;         // one per vertex
+  std::vector<std::uint8_t> changed_;  // one per vertex: 1 if its sum has changed
   bool any_changed_ = false;
-  std::vector<glm::vec4> spread_;     // by vertex: weighted linear colour, weight, with colours that were spread
-  std::vector<glm::u8vec3> colors_;   // by vertex
+  std::vector<glm::vec4> spread_;    // one per vertex: weighted linear colour and weight, with colours that were spread
+  std::vector<glm::u8vec3> colors_;  // one per vertex
   std::optional<VertexFaces> faces_;  // made when colours are spread for the first time
   std::uint64_t samples_counted_ = 0;
 };

@@ -42,7 +42,7 @@ class Copies {
 
   VertexSplit& split_;
   std::vector<std::uint32_t> next_;
-  std::vector<std::uint8_t> used_;  // whether a face has the vertex yet
+  std::vector<std::uint8_t> used_;  // 1: a face has the vertex already
 };
 
 }  // namespace

@@ -13,8 +13,8 @@ namespace lumatlas {
 
 struct VertexSplit {
   std::vector<glm::uvec3> faces;      // in their order, with the numbers of split vertices
-  std::vector<std::uint32_t> source;  // by split vertex: which of the given vertices it is
-  std::vector<std::uint32_t> values;  // by split vertex; 0 if no face has it
+  std::vector<std::uint32_t> source;  // for each split vertex, the given vertex that it copies
+  std::vector<std::uint32_t> values;  // one per split vertex; 0 if no face has it
 };
 
 // The given vertices come first, each with the value of the first corner that has it; its copies with other values

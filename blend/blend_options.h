@@ -31,7 +31,7 @@ inline constexpr std::uint32_t kMostSupersampling = 4;
 // it is reached, a view that weighs 0.999 has a thousandth of the share.
 inline constexpr double kLeastPenalty = 1e-6;
 
-// The surface bends by more than so many pixels' widths at a silhouette, see supersampling.h; shared with the shader.
+// The surface bends by more than this many pixel widths at a silhouette, see supersampling.h. Shared with the shader.
 inline constexpr double kSilhouetteBend = 4;
 
 // Between which angles of novel and stored camera, seen from a point at a rim, the stored one's weight falls from whole
@@ -42,15 +42,15 @@ inline constexpr double kRimFarDegrees = 30;
 struct BlendOptions {
   enum class Position {
     ratio,    // min / max of the two distances
-    printed,  // as in the paper
+    printed,  // the paper's
   };
   enum class Exposure {
-    nearby,  // of the photographs taken nearby, see exposure.h
+    nearby,  // the exposure of photographs taken nearby, see exposure.h
     model,   // the common exposure of all stored views
   };
   enum class Sampling {
     linear,  // between the 2 x 2 pixels of a photograph next to a point
-    cubic,   // of all but their coarsest level, between 4 x 4: see cubic_kernel.h
+    cubic,   // cubic over 4 x 4 texels on all but their coarsest level: see cubic_kernel.h
   };
   enum class Antialias {
     silhouettes,  // pixels at the rims of surfaces, see supersampling.h
@@ -76,11 +76,11 @@ struct BlendOptions {
   // Blurs colours by the surface's deviation (Snapshot::cell_deviation), see footprint.h; printed: no
   bool soften = true;
   bool prefilter = true;                 // views nearer than the picture's camera are sampled at their coarser levels
-  Exposure exposure = Exposure::nearby;  // of the picture; printed: model, for sections 3.1 and 3.3 name no other
+  Exposure exposure = Exposure::nearby;  // the picture's; printed: model, for sections 3.1 and 3.3 name no other
   // Over which neighbouring cells fade into each other, as a share of the cell size, [0, 1]; printed: 0
   double border_width = 0.1;
-  // N: colours are means over N x N samples a pixel, see supersampling.h, [1, 4]; of all pixels that takes N * N + 1
-  // times as long but for 1.
+  // N: colours are means over N x N samples a pixel, see supersampling.h, [1, 4]. Doing so for all pixels takes N * N +
+  // 1 times as long, unless N is 1.
   std::uint32_t supersample = 2;                 // printed, which names no samples: 1
   Antialias antialias = Antialias::silhouettes;  // which pixels; with N = 1 there is no difference
   double occlusion_tolerance = 0.02;  // X may lie this share of its depth behind the stored depth, >= 0; printed: 0

@@ -22,8 +22,8 @@
 
 namespace lumatlas {
 
-// What each of four pixels along an axis counts for a place that lies `f` in [0, 1) behind the middle of the second
-// one; the four sum up to 1.
+// Returns the weights of four pixels along an axis, for a position that lies `f` in [0, 1) behind the middle of the
+// second. They sum to 1.
 [[nodiscard]] inline std::array<double, 4> cubic_shares(double f, double width) {
   const double g = 1 - f;
   const std::array<double, 4> sharp{-f * g * g / 2, (f * f * (3 * f - 5) + 2) / 2, (g * g * (3 * g - 5) + 2) / 2,
@@ -37,7 +37,7 @@ namespace lumatlas {
 }
 
 // How many levels of a photograph are sampled so, counted from the finest: those that have the two pixels beyond a tile
-// that the kernel reaches. The coarsest one that a gutter has room for has only one.
+// that the kernel reaches. The coarsest level of a gutter has only one.
 [[nodiscard]] inline std::uint32_t cubic_levels(const TileOptions& options) {
   return levels_of_gutter(options.gutter_px) - 1;
 }

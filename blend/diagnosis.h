@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What the pixels of a picture are made of, for people who want to know why it looks as it does.
+// The views and weights behind each pixel of a picture, for people who want to know why it looks as it does.
 #pragma once
 
 #include <array>
@@ -13,13 +13,13 @@ namespace lumatlas {
 
 inline constexpr std::uint32_t kNoView = std::numeric_limits<std::uint32_t>::max();
 
-// What the pixel's own cell makes of it. That its neighbours' views are mixed in along its border
-// (BlendOptions::border_width) is left out, also from the state.
+// The views that the pixel's own cell blends. Views of neighbouring cells, which are mixed in along its border
+// (BlendOptions::border_width), are left out, also from the state.
 struct PixelDiagnosis {
   // How many of the views that the cell refers to are valid here, whatever they weigh. Section 3.1's valid() > 0.
   std::uint32_t valid_views = 0;
-  std::uint32_t winner = kNoView;  // the slot of the view that weighs most; kNoView: none weighs anything
-  // What the three best views count in the pixel's colour, best first, in [0, 1]. They sum to 1, to less where K is
+  std::uint32_t winner = kNoView;  // the view slot of the view that weighs most; kNoView: none weighs anything
+  // The weights of the three best views in the pixel's colour, best first, in [0, 1]. They sum to 1, to less where K is
   // above 3, and to 0 where there is no winner.
   std::array<float, 3> shares{};
 };

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The exposure that a picture is shown in: that of the photographs that were taken nearby.
 //
-// Each stored view has a gain that brings it to the model's one exposure (Snapshot::gains), and a camera's automatic
-// exposure varies by a stop and more: in the model's exposure bright surfaces clip, and the picture looks like no
+// Each stored view has a gain that brings it to the model's one exposure (Snapshot::gains). A camera's automatic
+// exposure varies by a stop and more, so in the model's exposure bright surfaces clip, and the picture looks like no
 // photograph from there. In the exposure of each pixel's own views it would be a mosaic. So the whole picture has one
 // factor, interpolated between the stored views by Shepard's method, per channel and so with the white balance:
 //
@@ -24,12 +24,12 @@
 
 namespace lumatlas {
 
-// What is needed of a snapshot for the exposure of any picture; holds no photograph.
+// The part of a snapshot from which the exposure of any picture is found. Holds no photograph.
 class NearbyExposure {
  public:
-  NearbyExposure() = default;  // of no views
-  // Looks at the views' cameras, depths and gains alone. Throws std::invalid_argument unless each slot has a gain as
-  // Snapshot describes.
+  NearbyExposure() = default;  // without views
+  // Looks at the views' cameras, depths and gains alone. Throws std::invalid_argument unless each view slot has a gain
+  // as Snapshot describes.
   explicit NearbyExposure(const Snapshot& snapshot);
 
   // E_o, per channel R G B: linear light of the model times this is the picture's. Within the range of the inverse

@@ -29,9 +29,9 @@ inline constexpr double kFarFrameFade = 0.5;
 [[nodiscard]] double geometric_weight(const glm::dvec3& world, const glm::dvec3& novel_center,
                                       const glm::dvec3& stored_center, const BlendOptions& options);
 
-// The factor of a view's weight where the point is at a rim of what it sees (rim_pixels()), in [0, 1]: 1
-// if the two cameras see the point from directions within kRimNearDegrees of each other, 0 beyond kRimFarDegrees and
-// where the options leave rims out.
+// Returns the factor of a view's weight for a point at a rim in that view (rim_pixels()), in [0, 1]. It is 1 if the two
+// cameras see the point from directions within kRimNearDegrees of each other, and 0 beyond kRimFarDegrees or if the
+// options leave rims out.
 [[nodiscard]] double rim_share(const glm::dvec3& world, const glm::dvec3& novel_center, const glm::dvec3& stored_center,
                                const BlendOptions& options);
 

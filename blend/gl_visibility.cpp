@@ -31,7 +31,7 @@ constexpr double kNearestShare = 1e-24;
 // Planning looks at a view in a few sizes again and again: coarse for counting cells, full for storing it.
 constexpr std::size_t kKeptTargets = 4;
 
-// As of glMultiDrawElementsIndirect. The shader reads first_index too, as an attribute of the instance.
+// The command of glMultiDrawElementsIndirect. The shader also reads first_index, as an attribute of the instance.
 struct DrawCommand {
   GLuint count;
   GLuint instances;
@@ -266,7 +266,7 @@ class GlVisibility final : public Visibility {
   GlVisibilityOptions options_;
   CellRuns runs_;
   Bounds box_;
-  mutable std::mutex mutex_;  // of the context and what lives in it
+  mutable std::mutex mutex_;  // guards the context and its objects
   EglContext context_;
   std::unique_ptr<Rasterizer> rasterizer_;
 };

@@ -48,7 +48,7 @@ struct Source {
   std::vector<std::vector<ImageLevel>> levels;
   std::vector<std::vector<BlockPixel>> depths;
   double before_far;    // depth_before_far() of the surface
-  glm::dvec3 exposure;  // of the picture
+  glm::dvec3 exposure;  // the picture's
 
   Source(const Snapshot& from, const BlendOptions& options, const glm::dvec3& shown_in);
 };
@@ -132,7 +132,7 @@ Sample filtered(const std::vector<ImageLevel>& levels, const glm::dvec2& image, 
 struct SurfacePoint {
   glm::dvec3 world{0.0};
   double z = 0;          // its depth in the novel camera
-  double deviation = 0;  // of the surface, see Snapshot::cell_deviation
+  double deviation = 0;  // the surface's, see Snapshot::cell_deviation
 };
 
 WeightedColor color_in_view(const Source& source, std::uint32_t slot, const SurfacePoint& point, const Camera& novel,
@@ -167,14 +167,15 @@ WeightedColor color_in_view(const Source& source, std::uint32_t slot, const Surf
   return {in_frame * valid, gain * sample.color, valid > 0};
 }
 
-// What a view of this weight counts in a pixel, up to a factor that all views have in common.
+// Returns the share of a view with this weight in a pixel, up to a factor that all views have in common.
 double share_of(double weight, double threshold, const BlendOptions& options) {
   if (!(weight > 0)) return 0;
   return (weight - threshold) / (options.consistent ? std::max(1 - weight, kLeastPenalty) : 1);
 }
 
-// What several cells make of a place counts by their shares of it and, as views do, by what their best views lack:
-// a cell that does not refer to the photograph taken from here leaves it to its neighbour that does.
+// Returns the weight of one of several cells that share a pixel: its share, multiplied, as for views, by how good its
+// best view is. So a cell that does not refer to the photograph taken from here leaves the pixel to its neighbour that
+// does.
 double share_of_cell(double share, double best_weight, const BlendOptions& options) {
   return share / (options.consistent ? std::max(1 - best_weight, kLeastPenalty) : 1);
 }
@@ -230,7 +231,7 @@ glm::dvec3 vertex_color(const Snapshot& snapshot, std::uint32_t face, const glm:
   return color;
 }
 
-// What is the same for every pixel of a picture.
+// The values that are the same for every pixel of a picture.
 struct Picture {
   const Source& source;
   const Camera& camera;
@@ -368,7 +369,7 @@ PixelDiagnosis diagnose(const Source& source, std::span<const std::uint32_t> slo
   for (std::size_t rank = 0; rank < std::min<std::size_t>(3, options.views) && total > 0; ++rank) {
     pixel.shares[rank] = static_cast<float>(share_of(weights[rank], threshold, options) / total);
   }
-  if (total == 0 && pixel.winner != kNoView) pixel.shares[0] = 1;  // as in blend()
+  if (total == 0 && pixel.winner != kNoView) pixel.shares[0] = 1;  // the same as in blend()
   return pixel;
 }
 
@@ -433,7 +434,7 @@ Rendering render_reference(const Snapshot& snapshot, const Camera& camera, const
   const std::vector<std::uint8_t> sampled = options.antialias == BlendOptions::Antialias::all
                                                 ? std::vector<std::uint8_t>(pixels.size(), 1)
                                                 : silhouettes(camera, visible);
-  std::vector<glm::dvec4> sums(pixels.size(), glm::dvec4(0));  // of colour, and of how many see the surface
+  std::vector<glm::dvec4> sums(pixels.size(), glm::dvec4(0));  // colour, and how many samples see the surface
   for (const Camera& sample : sample_cameras(camera, options.supersample)) {
     add_seen(shade({source, sample, visibility.trace(sample), options, shares}, sampled), sums);
   }

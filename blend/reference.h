@@ -23,7 +23,7 @@ namespace lumatlas {
 [[nodiscard]] Rendering render_reference(const Snapshot& snapshot, const Camera& camera, const Visibility& visibility,
                                          const BlendOptions& options);
 
-// What the picture is made of at the middles of its pixels. Throws what the first render_reference() throws.
+// Returns the views and weights at the middles of the pixels. Throws what the first render_reference() throws.
 [[nodiscard]] Diagnosis diagnose_reference(const Snapshot& snapshot, const Camera& camera,
                                            const VisibilityBuffer& visible, const BlendOptions& options);
 

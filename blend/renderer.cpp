@@ -98,18 +98,18 @@ struct Renderer::State {
   GlBuffer positions, colors, shares, zone_numbers, faces, picture_block;
   GlTexture zones, cells, reference_lists, views;
   PhotographArray photographs;
-  std::array<GLsizei, kCellsOfShader.size()> index_counts{};  // of faces for each shader, one after the other
+  std::array<GLsizei, kCellsOfShader.size()> index_counts{};  // faces for each shader, one after the other
   double near_depth = 0;
   double before_far = 0;  // depth_before_far() of the surface, as large as a float can be without a far sphere
   NearbyExposure nearby_exposure;
-  // What load_zones() needs again for another width.
+  // The inputs that load_zones() needs again for another width.
   std::shared_ptr<const Surface> surface;
   std::vector<glm::u8vec3> vertex_colors;
   std::vector<std::uint8_t> cell_seen;
   std::vector<float> cell_deviation;
   ReferenceTable references;
-  // Of the mesh that is loaded, for stores that change. Which cells may be joined changes with every view, and with it
-  // the mesh: once a store has changed under its surface, none are joined any more, under later surfaces neither.
+  // The loaded mesh, for stores that change. The cells that may be joined change with every view, and with them the
+  // mesh. So once a store has changed under its surface, no cells are joined any more, under later surfaces either.
   ZoneCells zone_cells;
   std::vector<std::uint32_t> vertex_sources;
   bool changes = false;
@@ -406,7 +406,7 @@ RendererWork Renderer::work() const {
   return {state_->meshes, state_->photographs.color_bytes(), state_->photographs.depth_bytes()};
 }
 
-void Renderer::take_steps(const RendererOptions& steps) {
+void Renderer::set_options(const RendererOptions& steps) {
   if (state_->steps.join_cells != steps.join_cells) state_->border_width.reset();
   state_->steps = steps;
 }

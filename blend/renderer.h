@@ -20,8 +20,8 @@ namespace lumatlas {
 // unless the snapshot passes check().
 [[nodiscard]] std::uint64_t array_bytes(const Snapshot& snapshot);
 
-// None changes a picture beyond rounding, but where two views weigh the same; bench_render says what the first two are
-// worth.
+// Ways to draw faster. None changes a picture beyond rounding, except where two views weigh the same. bench_render
+// measures the first two.
 struct RendererOptions {
   bool skip_losers = true;  // look at no photograph whose weight is too low even if it is valid
   bool join_cells = true;   // neighbours that refer to the same views need not fade into each other
@@ -31,17 +31,17 @@ struct RendererOptions {
   std::optional<bool> blocks = std::nullopt;
 };
 
-// What a renderer has done since it was made.
+// Counts of the work that a renderer has done since it was made.
 struct RendererWork {
   std::uint64_t meshes = 0;       // made of a surface and its zones, and copied to the GPU
-  std::uint64_t color_bytes = 0;  // of photographs with their validity, copied to the GPU
-  std::uint64_t depth_bytes = 0;  // of their depths
+  std::uint64_t color_bytes = 0;  // photographs with their validity, copied to the GPU
+  std::uint64_t depth_bytes = 0;  // their depths
 };
 
 class Renderer {
  public:
-  // Draws in the context that is current on the calling thread, whoever made it: OpenGL ES 3.0 or OpenGL 4.5. That one
-  // must be current for every call, and outlive the renderer. Every call leaves the context's state as it was:
+  // Draws in the context that is current on the calling thread: OpenGL ES 3.0 or OpenGL 4.5, made by any code. This
+  // context must be current for every call, and outlive the renderer. Every call leaves the context's state as it was:
   // bindings, switches, masks, viewport, and how pixels are stored.
   explicit Renderer(const RendererOptions& steps = {});
   ~Renderer();
@@ -49,35 +49,35 @@ class Renderer {
   Renderer& operator=(Renderer&&) noexcept;
 
   // Copies the snapshot to the GPU in place of an earlier one. Tiles whose colours and validity, or whose depths, are
-  // the same bytes as before in their slot are not copied again, nor is the mesh of the same surface. Arrays that have
-  // become too small grow by a quarter, which is more than array_bytes() says, and are given back when less than half
-  // of them is needed. From the second snapshot of a surface on, cells are not joined (RendererOptions), nor are those
-  // of any later surface once a store has changed under one, so that a store may change as often as it likes. Throws
-  // std::invalid_argument, and changes nothing, unless the snapshot passes check(); GlError if the driver's limits
-  // (layers, texture size, buffer size) or its free memory, where it tells that, are exceeded, naming the limit, the
-  // number and what to do; the earlier one is then gone too.
+  // the same bytes as before in their tile place are not copied again, nor is the mesh of the same surface. Arrays that
+  // have become too small grow by a quarter, which is more than array_bytes() says, and are given back when less than
+  // half of them is needed. From the second snapshot of a surface on, cells are not joined (RendererOptions), nor are
+  // those of any later surface once a store has changed under one, so that a store may change as often as it likes.
+  // Throws std::invalid_argument, and changes nothing, unless the snapshot passes check(). Throws GlError, naming the
+  // limit, the number and what to do, if the driver's limits (layers, texture size, buffer size) are exceeded, or its
+  // free memory, if it reports that. The earlier snapshot is then gone too.
   void load(const Snapshot& snapshot);
 
   [[nodiscard]] RendererWork work() const;
 
   // Takes effect from the next picture on.
-  void take_steps(const RendererOptions& steps);
+  void set_options(const RendererOptions& steps);
 
   // Throws GlError for a picture above the driver's texture size or 2^29 pixels, std::invalid_argument unless camera
   // and options pass check(), and without load(). So do the three functions below.
   [[nodiscard]] Rendering render(const Camera& camera, const BlendOptions& options);
-  // As render(), but leaves the picture on the GPU, which may still be at work on it, in picture_texture().
+  // Like render(), but leaves the picture on the GPU, in picture_texture(). The GPU may still be at work on it.
   void draw(const Camera& camera, const BlendOptions& options);
   // The same, and copies the picture into a framebuffer of the caller's (0: the window), where its lower left corner
   // comes to the given pixel: sRGB values as they are, with alpha 1. Pixels that see no surface stay as they were.
   void draw_into(std::uint32_t framebuffer, int left, int bottom, const Camera& camera, const BlendOptions& options);
-  // What was drawn last: the name of a GL_TEXTURE_2D of GL_RGBA8, sRGB values, its first row the picture's last; alpha
-  // is PixelState / 255. The renderer's: it is drawn to again by the next picture, and gone with one of another size.
-  // 0 before the first.
+  // Returns the picture that was drawn last: the name of a GL_TEXTURE_2D of GL_RGBA8, sRGB values, its first row the
+  // picture's last; alpha is PixelState / 255. It belongs to the renderer: the next picture is drawn into it, and one
+  // of another size replaces it. 0 before the first.
   [[nodiscard]] std::uint32_t picture_texture() const;
   // The picture that render() gives, before it is rounded and cut off at white.
   [[nodiscard]] LinearRendering render_linear(const Camera& camera, const BlendOptions& options);
-  // What the picture that render() gives is made of.
+  // Returns the views and weights of the picture that render() returns.
   [[nodiscard]] Diagnosis diagnose(const Camera& camera, const BlendOptions& options);
 
  private:

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What both renderers, the shader and its CPU reference, return.
+// The result of both renderers, the shader and its CPU reference.
 #pragma once
 
 #include <cstdint>

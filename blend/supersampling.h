@@ -16,8 +16,8 @@
 //   f |z / z' + z / z'' - 2| > kSilhouetteBend for two neighbours opposite each other.
 //
 // On a plane 1 / z is linear in the image, so that the left side is 0 there from all directions. Elsewhere it is how
-// far the surface bends away from the plane of the neighbours, in widths of a pixel at its depth: larger steps in
-// depth do that, creases only with one side all but edge-on (a right angle seen from its middle gives 2). A surface
+// far the surface bends away from the plane of the neighbours, in widths of a pixel at its depth. Steps in depth bend
+// it that much; creases only if one side is nearly edge-on (a right angle seen from its middle gives 2). A surface
 // narrower than a pixel that no middle sees goes unnoticed.
 #pragma once
 
@@ -35,8 +35,8 @@ namespace lumatlas {
 // `across` is in [1, kMostSupersampling].
 [[nodiscard]] std::vector<Camera> sample_cameras(const Camera& camera, std::uint32_t across);
 
-// By pixel, 1 at a silhouette, else 0. Throws std::invalid_argument unless `visible` has a depth and a face for each
-// pixel of the camera's image.
+// Returns 1 for each pixel at a silhouette, else 0. Throws std::invalid_argument unless `visible` has a depth and a
+// face for each pixel of the camera's image.
 [[nodiscard]] std::vector<std::uint8_t> silhouettes(const Camera& camera, const VisibilityBuffer& visible);
 
 // The same options for one sample a pixel, at its middle.

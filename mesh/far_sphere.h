@@ -11,7 +11,7 @@
 
 namespace lumatlas {
 
-// Where the sphere is, scene units.
+// Position and radius of the sphere, scene units.
 struct SphereShape {
   glm::dvec3 center{0.0};
   double radius = 0;

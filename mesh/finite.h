@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Whether all of a point's coordinates are numbers.
+// Tests whether all coordinates of a point are finite numbers.
 #pragma once
 
 #include <cmath>

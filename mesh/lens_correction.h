@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What is wrong with the lens that a camera was given: the difference between the picture that the given lens makes and
-// the one that a pinhole camera would.
+// The error of the lens that a camera was given: the difference between the picture that the given lens makes and the
+// one that a pinhole camera would make.
 #pragma once
 
 #include <glm/vec2.hpp>
@@ -26,14 +26,15 @@ struct LensCorrection {
 // Throws std::invalid_argument naming the field, its value and the rule: `focal` finite and positive, all else finite.
 void check(const LensCorrection& correction);
 
-// Where the picture that is wrong shows what the camera sees at `image`; both in pixels of the camera.
+// Returns the pixel of the original photograph that shows the ideal pinhole pixel `image`; both in pixels of the
+// camera.
 [[nodiscard]] glm::dvec2 uncorrected(const LensCorrection& correction, const Camera& camera, const glm::dvec2& image);
 
-// Whether two cameras have the same size, focal lengths and principal point, within 1e-9 of the width: then the same
-// lens took their photographs, as far as cameras tell.
+// Returns whether two cameras have the same size, focal lengths and principal point, within 1e-9 of the width. They are
+// then taken to share a lens.
 [[nodiscard]] bool share_a_lens(const Camera& a, const Camera& b);
 
-// By how many pixels the correction moves that corner of the camera's picture that it moves most.
+// Returns the largest distance by which the correction moves a corner of the camera's picture, pixels.
 [[nodiscard]] double corner_move_px(const LensCorrection& correction, const Camera& camera);
 
 // About the correction that does what `first` and then `second` do: exact to first order, so that the products of two

@@ -9,7 +9,7 @@
 
 namespace lumatlas {
 
-// What a mesh file says: any triangles, in the file's own coordinates, which may be far from the origin.
+// The triangles of a mesh file, in the file's own coordinates, which may be far from the origin.
 struct TriangleSoup {
   std::vector<glm::dvec3> positions;
   std::vector<glm::u8vec3> colors;  // sRGB, one per position, or empty
@@ -24,10 +24,10 @@ struct Mesh {
   std::vector<glm::uvec3> faces;
 };
 
-// Throws std::invalid_argument naming the entry, its value and the rule, for what no function can work with: a face
-// that refers to no vertex, colours that are neither none nor one per position, a position that is not finite, or more
-// than 5e8 faces or vertices. That a mesh is manifold takes longer to see and is not checked here: every function says
-// what it does with one that is not. The functions of mesh/ that are handed a mesh begin with this.
+// Throws std::invalid_argument naming the entry, its value and the rule, for a mesh that no function can work with: a
+// face that refers to no vertex, colours that are neither none nor one per position, a position that is not finite, or
+// more than 5e8 faces or vertices. Whether a mesh is manifold takes longer to find out and is not checked here: every
+// function says how it treats other meshes. All functions of mesh/ that take a mesh call this first.
 void check(const Mesh& mesh);
 // The first of these rules alone, for functions that take any coordinates.
 void check_faces(const Mesh& mesh);
@@ -38,7 +38,7 @@ struct Bounds {
   glm::dvec3 max{-1.0};
   [[nodiscard]] bool empty() const { return min.x > max.x; }
 };
-// Of the positions that faces use. Throw std::invalid_argument for a face that refers to no vertex.
+// Return the box of the positions that faces use. Throw std::invalid_argument for a face that refers to no vertex.
 [[nodiscard]] Bounds bounds(const TriangleSoup& soup);
 [[nodiscard]] Bounds bounds(const Mesh& mesh);
 

@@ -17,8 +17,8 @@ namespace lumatlas {
 
 namespace {
 
-constexpr double kOutermostShare = 0.01;  // of the area, on each side of each axis
-constexpr double kMostStretch = 2;        // of the diameter by the faces at stray vertices
+constexpr double kOutermostShare = 0.01;  // share of the area, on each side of each axis
+constexpr double kMostStretch = 2;        // share of the diameter by the faces at stray vertices
 
 // A face along one axis: its corners' coordinates in ascending order, and the area that it counts for.
 struct Slab {
@@ -29,7 +29,7 @@ struct Slab {
 struct WeighedFaces {
   const Mesh& mesh;
   std::span<const double> areas;
-  std::span<const std::uint8_t> left_out;  // by face, or empty
+  std::span<const std::uint8_t> left_out;  // one per face, or empty
 
   [[nodiscard]] std::size_t size() const { return mesh.faces.size(); }
   [[nodiscard]] double area(std::size_t i) const { return left_out.empty() || !left_out[i] ? areas[i] : 0; }
@@ -99,8 +99,8 @@ struct Interval {
   double low = 0, high = 0;
 };
 
-// Where the area below reaches `wanted`, by bisection of `range`. Faces that the bracket has left behind are dropped on
-// the way, so that the whole search costs little more than some passes.
+// Returns the coordinate where the area below reaches `wanted`, by bisection of `range`. Faces outside the bracket are
+// dropped on the way, so that the whole search costs little more than some passes.
 double coordinate_with_area_below(const WeighedFaces& faces, int axis, const Interval& range, double wanted) {
   constexpr int kMostHalvings = 100;  // enough for the central part to be exact when strays are 1e15 times as far away
   auto [low, high] = range;
@@ -149,7 +149,7 @@ SceneExtent extent_by(const WeighedFaces& faces) {
 // times as high as its shortest edge is long.
 constexpr std::uint8_t kNoTip = 3;
 std::uint8_t tip_of(const Mesh& mesh, const glm::uvec3& face, double area) {
-  constexpr double kMostArea = 50;        // of the squared shortest edge
+  constexpr double kMostArea = 50;        // multiple of the squared shortest edge
   std::array<double, 3> squared_edges{};  // opposite to each corner
   for (int corner = 0; corner < 3; ++corner) {
     const glm::dvec3 edge =

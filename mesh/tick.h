@@ -7,7 +7,8 @@
 
 namespace lumatlas {
 
-// What long work calls now and then, from the thread that began it. It may throw, and so end the work.
+// A cancel check: long work calls it now and then, on the thread that began the work. It may throw, which ends the
+// work.
 using Tick = std::function<void()>;
 
 // Calls a tick, if there is one, at every `every`-th of many small steps, so that a step costs next to nothing.

@@ -31,7 +31,7 @@ dvec3 least_axis(const dmat3& matrix) {
 
 dvec3 upward(std::span<const Camera> cameras) {
   if (cameras.empty()) throw std::invalid_argument("upward: there is no camera, must be at least one");
-  constexpr double kPull = 1e-3;  // of the pictures' own up, where the x axes leave it open
+  constexpr double kPull = 1e-3;  // weight of the pictures' own up, where the x axes leave it open
   dvec3 mean(0);
   for (const Camera& camera : cameras) mean -= row(camera, 1);
   if (!(glm::length(mean) > 1e-6 * static_cast<double>(cameras.size()))) mean = -row(cameras.front(), 1);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What is up in a scene, as its cameras tell, and the rotation that puts it upright.
+// Finds the upward direction of a scene from its cameras, and the rotation that makes the scene upright.
 #pragma once
 
 #include <glm/mat3x3.hpp>

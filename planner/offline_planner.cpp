@@ -22,7 +22,7 @@ namespace {
 constexpr double kLeastRise = 1e-9;
 
 struct Candidate {
-  double gain;  // as it was when `chosen` views had been chosen
+  double gain;  // the gain when `chosen` views had been chosen
   std::uint32_t view;
   std::uint32_t chosen;
 
@@ -51,7 +51,7 @@ class OfflinePlanner {
     choice_.views = view_in_slot_;
     for (std::uint32_t pass = 0; pass < max_passes && !view_in_slot_.empty(); ++pass) {
       choice_.exchanges.push_back(exchange());
-      // Where gains are only foreseen (Metric::paper), a pass may do harm: it is not counted.
+      // A pass whose gains are only foreseen (Metric::paper) may do harm, and is then not counted.
       if (!(ledger_.summed_coverage() > choice_.summed_coverage)) break;
       choice_.summed_coverage = ledger_.summed_coverage();
       choice_.views = view_in_slot_;

@@ -5,8 +5,8 @@
 //
 // For Metric::directions, which is monotone submodular, lazy evaluation chooses what plain greedy selection would,
 // worth at least 1 - 1/e of the best choice of as many views (Nemhauser, Wolsey, Fisher 1978). For Metric::paper
-// neither holds, as what a view adds can grow while others come and depends on the order of arrival: a view is taken
-// once its gain, evaluated anew, is no less than what the others' gains were when they were last evaluated.
+// neither holds, because the gain of a view can grow while others come and depends on the order of arrival. A view is
+// then taken if its gain, evaluated anew, is no less than the last evaluated gains of the others.
 #pragma once
 
 #include <cstddef>
@@ -22,7 +22,7 @@ namespace lumatlas {
 
 struct OfflineOptions {
   CoverageOptions coverage;
-  double min_reference_gain = 0.001;  // as PlannerOptions::min_reference_gain, >= 0
+  double min_reference_gain = 0.001;  // see PlannerOptions::min_reference_gain, >= 0
   // Exchange passes over the views that are not chosen; the last is the first that exchanges nothing. 0: none.
   std::uint32_t max_passes = 20;
   InterruptionPoint interruption_point = {};  // called at each evaluation of a view
@@ -32,13 +32,13 @@ struct OfflineChoice {
   std::vector<std::uint32_t> views;    // indices, ascending
   double greedy_coverage = 0;          // scov before the exchanges, in cells
   double summed_coverage = 0;          // scov, in cells; never less than greedy_coverage
-  std::size_t evaluations = 0;         // of a view's gain, before the exchanges
+  std::size_t evaluations = 0;         // evaluations of a view's gain, before the exchanges
   std::vector<std::size_t> exchanges;  // in each pass
 };
 
-// At most `count` views, >= 1 (std::invalid_argument), fewer only if there are no more or no other adds anything.
-// `views`: what each sees, as Planner::parts_of() gives it. Of equals the first is chosen. Throws std::invalid_argument
-// for bad options.
+// Returns at most `count` views, >= 1 (std::invalid_argument); fewer only if there are no more or no other adds
+// anything. `views`: what each sees, as Planner::parts_of() returns it. The first of equal views is chosen. Throws
+// std::invalid_argument for bad options.
 [[nodiscard]] OfflineChoice plan_offline(const Surface& surface, std::span<const std::vector<CellPart>> views,
                                          std::uint32_t count, const OfflineOptions& options);
 

@@ -24,7 +24,7 @@ constexpr std::size_t kBlended = 3;
 constexpr std::array<float, kBlended> kRankValue{4.0f / 7, 2.0f / 7, 1.0f / 7};
 constexpr double kUntrimmed = 1.2;  // tiles of whole views, per tile that there may be
 
-// Of the count of tiles, how many may be exchanged for others when a choice is brought up to date.
+// Share of the tiles that may be exchanged for others when a choice is brought up to date.
 constexpr double kExchanged = 0.1;
 // An exchange must add so much more than it takes away: less is rounding, and would be undone by the next one.
 constexpr double kLeastAdvantage = 1.001;
@@ -32,9 +32,9 @@ constexpr double kLeastAdvantage = 1.001;
 // A view that shows a cell.
 struct ShowingView {
   std::uint32_t view;
-  std::uint32_t pixels = 0;    // of the cell in it
-  std::uint32_t resident = 0;  // of these, in resident tiles
-  bool referred = false;       // whether the cell refers to the view
+  std::uint32_t pixels = 0;    // the cell's pixels in it
+  std::uint32_t resident = 0;  // how many of these are in resident tiles
+  bool referred = false;       // the cell refers to the view
   glm::vec3 direction{0};      // unit, from the cell
   float resolution = 0;        // pixels per length
 };
@@ -43,14 +43,14 @@ struct ShowingView {
 struct Served {
   struct By {
     float quality = 0;
-    std::uint32_t number = ~0u;  // of the view, among those that show the cell
+    std::uint32_t number = ~0u;  // the view's, among those that show the cell
   };
   std::array<By, kBlended + 1> best;
 };
 
 struct CellState {
   std::vector<ShowingView> views;  // that show it, ascending
-  std::vector<Served> served;      // by those views: the direction that each stands for
+  std::vector<Served> served;      // one for each of those views' directions
   std::size_t referred = 0;        // views that the cell refers to
   std::size_t most = 0;            // to how many it may
 };
@@ -67,7 +67,7 @@ struct Range {
   std::uint32_t first, end;
 };
 
-// What a part is worth, as long as its cell has changed so many times.
+// The value of a part, valid until its cell has changed again.
 struct Known {
   double value = 0;
   std::uint32_t changes = ~0u;
@@ -123,7 +123,7 @@ class LazyQueue {
   void push(std::uint32_t number, double value) { queue_.emplace(value, -std::int64_t{number}, ++newest_[number]); }
 
   std::function<double(std::uint32_t)> value_;
-  std::vector<std::uint32_t> newest_;  // by number: its last entry
+  std::vector<std::uint32_t> newest_;  // for each number, its last entry
   std::priority_queue<Entry> queue_;
 };
 
@@ -163,17 +163,17 @@ class Chooser {
 
   std::vector<CellState> cells_;
   std::vector<Part> parts_;
-  std::vector<Candidate> candidates_;  // by ascending view, then tile
+  std::vector<Candidate> candidates_;  // ascending by view, then by tile
   std::vector<WholeView> whole_views_;
   std::vector<std::uint32_t> first_tile_of_cell_;  // one more than there are cells
-  std::vector<TileOfCell> tiles_of_cells_;         // of each cell by ascending candidate, and so by view
-  std::vector<std::uint32_t> changes_;             // by cell: how often it has changed
-  std::vector<Known> gains_, losses_;              // by part
-  std::vector<std::uint8_t> taken_;                // by candidate
+  std::vector<TileOfCell> tiles_of_cells_;         // for each cell ascending by candidate, and so by view
+  std::vector<std::uint32_t> changes_;             // one per cell: how often it has changed
+  std::vector<Known> gains_, losses_;              // one per part
+  std::vector<std::uint8_t> taken_;                // one per candidate
   std::size_t taken_count_ = 0;
 };
 
-// With so many pixels of the cell in resident tiles.
+// Returns the quality with `resident` pixels of the cell in resident tiles.
 float quality(const ShowingView& by, const ShowingView& asked, std::uint32_t resident) {
   static const auto kScale = static_cast<float>(1 / (1 - std::cos(glm::radians(kWidthDegrees))));
   const float k = std::clamp(1 - (1 - glm::dot(by.direction, asked.direction)) * kScale, 0.0f, 1.0f);
@@ -210,7 +210,7 @@ bool serves(const Served& served, std::uint32_t number) {
                      [number](const Served::By& by) { return by.number == number; });
 }
 
-// Of all that the cell refers to.
+// Returns the best of all views that the cell refers to.
 Served best_of(const CellState& state, const ShowingView& asked) {
   Served served;
   for (std::uint32_t number = 0; number < state.views.size(); ++number) {
@@ -240,7 +240,7 @@ std::optional<std::uint32_t> successor(const CellState& state, std::uint32_t lea
   return next;
 }
 
-// Where the cell refers to the view already, its quality may only have become better.
+// If the cell refers to the view already, its quality can only have become better.
 void refer(CellState& state, std::uint32_t number) {
   ShowingView& by = state.views[number];
   if (!by.referred) ++state.referred;
@@ -390,7 +390,7 @@ void Chooser::add_neighbours(std::uint32_t candidate, const Part& part, bool of_
   }
 }
 
-// Whether the view has nothing else of the cell.
+// Returns whether the view has nothing else of the cell.
 bool Chooser::is_last(const Part& part) const {
   return cells_[part.cell].views[part.view].resident == part.pixels;
 }
@@ -420,7 +420,7 @@ double Chooser::gain(const Range& parts) {
   return sum;
 }
 
-// Where the cell goes on to refer to the view, or nobody can take its place.
+// Returns the loss for a cell that goes on to refer to the view, or that has no other view to replace it.
 double Chooser::loss(const Part& part) const {
   const CellState& state = cells_[part.cell];
   const ShowingView& by = state.views[part.view];
@@ -487,7 +487,8 @@ double Chooser::worth() const {
   return sum;
 }
 
-// By what they gain per tile, until one does not fit. What a whole view gains only falls while others are taken.
+// Takes views by their gain per tile until one does not fit. The gain of a whole view only falls while others are
+// taken.
 void Chooser::take_whole_views(std::size_t count) {
   LazyQueue queue(whole_views_.size(), [this](std::uint32_t number) {
     const WholeView& view = whole_views_[number];
@@ -515,10 +516,10 @@ void Chooser::put_once(std::vector<std::uint32_t>& numbers, bool taken, LazyQueu
   }
 }
 
-// Gives up the tiles of the least loss. Where a view has less of a cell, the rest of it is missed less; where a view's
-// last part of a cell goes, another may take its place, and all who serve the cell are missed less. All others are
-// missed more, but for a view whose place another would take: it is missed a little less where that one has become
-// better beside others.
+// Gives up the tiles of the least loss. If a view has less of a cell, the rest of it is missed less. If a view's last
+// part of a cell goes, another may take its place, and all views that serve the cell are missed less. All others are
+// missed more, with one exception: a view whose place another would take is missed a little less where that one has
+// become better beside others.
 void Chooser::trim(std::size_t count) {
   LazyQueue queue(candidates_.size(), [this](std::uint32_t tile) { return -loss(candidates_[tile].parts); });
   for (std::uint32_t tile = 0; tile < candidates_.size(); ++tile) {

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Which tiles are worth their place in a texture array that does not hold all: those that together serve the stored
-// cameras best.
+// Chooses the tiles for a texture array that does not hold all: those that together serve the stored cameras best.
 //
 // The stored views are taken for what will be asked for: each cell in each of them, by the pixels that it has there. A
 // tile of view v serves a cell b in the direction of view u by
@@ -9,31 +8,30 @@
 //   k = max(0, 1 - (1 - cos angle) / (1 - cos width))
 //
 // with r the pixels per length with which a view sees the cell, the angle between the two views as the cell sees them,
-// and `share` the part of the cell's pixels in v that the resident tiles of v hold. Of each (u, b) the three best
+// and `share` the part of the cell's pixels in v that the resident tiles of v hold. For each (u, b) the three best
 // count, each half as much as the one before, as the renderer blends them. lambda = 0.8 and width = 30 degrees; 0.5 to
-// 0.95 and 8 to 60 degrees make little difference on fox and a synthetic apartment. What is sought is the most of the
-// sum, in four steps:
+// 0.95 and 8 to 60 degrees make little difference on fox and a synthetic apartment. Four steps seek the largest sum:
 //
 //   1. Whole views, by what each adds to the sum per tile, until one does not fit.
-//   2. More whole views, until the tiles are 1.2 times as many as there may be: what gutters take and more.
-//   3. Of these, tiles are given up by what the sum loses, the least first, until there are as many as there may be.
-//   4. What room is left goes to single tiles, by what they add.
+//   2. More whole views, until the tiles are 1.2 times the limit.
+//   3. Tiles of these views are given up by the loss of the sum, the least first, until they are within the limit.
+//   4. Free tile places go to single tiles, by what they add.
 //
-// Each step takes, or gives up, what is best at that moment: values are worked out again where they are likely to have
-// become better, and at the head of the queue, for most only become worse.
+// Each step takes, or gives up, the best candidate at that moment. Most values only become worse, so they are computed
+// again only at the head of the queue, and where they are likely to have become better.
 //
-// If steps 2 and 3 made the sum less, they are left out, so that it is never less than that of whole views alone. Views
-// come before tiles because what agrees from place to place looks better than what is nearest at each, and because the
-// parts of one cell in one view add up: single tiles chosen one by one often sum up to less than whole views (tested).
-// A tile comes and goes for all cells in it at once: were each cell to choose by itself, neighbours would choose
-// different views, every tile be needed for some cell, and the picture a patchwork.
+// Steps 2 and 3 are left out if they made the sum less, so that it is never less than that of whole views alone. Views
+// come before tiles because neighbouring tiles of one view agree, which looks better than the nearest view in each
+// tile, and because the parts of one cell in one view add up: single tiles chosen one by one often sum up to less than
+// whole views (tested). A tile comes and goes for all cells in it at once. If each cell chose by itself, neighbours
+// would choose different views, every tile would be needed for some cell, and the picture would be a patchwork.
 //
-// A store that changes does not choose from all each time. What is resident stays, room goes to single tiles as in step
-// 4, and then as many tiles as may be exchanged, once each: the resident ones that are missed least for those that add
-// most, wherever that makes the sum more. That costs one look at each tile.
+// A store that changes does not start anew each time. Resident tiles stay, free places go to single tiles as in step 4,
+// and then tiles are exchanged, up to a limit and each once: the resident ones that are missed least for those that add
+// most, wherever that makes the sum larger. That looks at each tile once.
 //
-// In place of "least coverage per texel" for whole views (Erat et al. 2019, section 3.2): all tiles have the same
-// texels.
+// It replaces "least coverage per texel" for whole views (Erat et al. 2019, section 3.2), because all tiles have the
+// same number of texels.
 #pragma once
 
 #include "atlas/tiles/tile_policy.h"

@@ -30,7 +30,7 @@ Transform to_srgb(cmsContext context, cmsHPROFILE from, cmsUInt32Number format) 
   return {made, cmsDeleteTransform};
 }
 
-// Whether the transform moves no colour of a grid by more than two levels, which is what rounding does.
+// Returns whether the transform moves no colour of a grid by more than two levels, which is what rounding does.
 bool changes_nothing(cmsHTRANSFORM transform) {
   constexpr int kSteps = 9, kMostRounding = 2;
   std::vector<std::uint8_t> grid;

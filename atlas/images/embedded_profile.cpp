@@ -17,7 +17,7 @@ namespace {
 
 constexpr std::size_t kMostProfileBytes = 8 << 20;  // libpng's limit
 
-// Nothing where the file ends before.
+// Returns nothing if the file ends before.
 std::optional<std::vector<std::uint8_t>> bytes_at(PatchedReader& file, std::uint64_t offset, std::uint64_t size) {
   if (offset > file.size() || size > file.size() - offset) return std::nullopt;
   std::vector<std::uint8_t> bytes(size);
@@ -37,7 +37,7 @@ std::uint64_t little_endian(const std::uint8_t* bytes, int count) {
   return value;
 }
 
-// What is unpacked before the end or the first damage. Empty where that is more than a profile may have.
+// Returns what is unpacked before the end or the first damage. Empty if that is more than a profile may have.
 std::vector<std::uint8_t> inflated(const std::uint8_t* data, std::size_t size) {
   z_stream stream{};
   if (inflateInit(&stream) != Z_OK) return {};
@@ -63,7 +63,7 @@ std::vector<std::uint8_t> unpacked_profile(const std::vector<std::uint8_t>& chun
   return chunk.size() <= before ? std::vector<std::uint8_t>() : inflated(chunk.data() + before, chunk.size() - before);
 }
 
-// Where a TIFF file has its first directory, and how it writes numbers.
+// The offset of a TIFF file's first directory, and how the file writes numbers.
 struct TiffLayout {
   bool is_big_endian, is_big_tiff;
 
@@ -72,7 +72,7 @@ struct TiffLayout {
   }
   [[nodiscard]] int word() const { return is_big_tiff ? 8 : 4; }  // bytes of an offset, and of a value in an entry
   [[nodiscard]] std::uint64_t entry_bytes() const { return is_big_tiff ? 20 : 12; }
-  [[nodiscard]] int count_bytes() const { return is_big_tiff ? 8 : 2; }  // of the number of entries
+  [[nodiscard]] int count_bytes() const { return is_big_tiff ? 8 : 2; }  // bytes that hold the number of entries
 };
 
 // The bytes that an entry points to. Empty unless they are bytes, and as many as a profile may have.
@@ -132,7 +132,7 @@ void PatchedReader::apply(std::uint8_t* buffer, std::size_t size, std::uint64_t 
 }
 
 std::vector<std::uint8_t> hide_png_profile(PatchedReader& file) {
-  constexpr std::array<std::uint8_t, 4> kHiddenType{'i', 'c', 'C', 'P'};  // of no meaning, so that readers pass over it
+  constexpr std::array<std::uint8_t, 4> kHiddenType{'i', 'c', 'C', 'P'};  // unknown to readers, which skip it
   std::optional<std::vector<std::uint8_t>> profile;
   for (std::uint64_t at = 8; const auto head = bytes_at(file, at, 8);) {
     const std::uint64_t length = big_endian(head->data(), 4);

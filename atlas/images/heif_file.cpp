@@ -26,7 +26,7 @@ using HeifImage = std::unique_ptr<heif_image, decltype(&heif_image_release)>;
 using HeifOptions = std::unique_ptr<heif_decoding_options, decltype(&heif_decoding_options_free)>;
 using HeifNclx = std::unique_ptr<heif_color_profile_nclx, decltype(&heif_nclx_color_profile_free)>;
 
-constexpr std::size_t kMostHeifBlock = 8 << 20;  // of a profile or of EXIF
+constexpr std::size_t kMostHeifBlock = 8 << 20;  // for a profile or EXIF
 
 void require_heif(const heif_error& error, const fs::path& path) {
   if (error.code == heif_error_Ok) return;

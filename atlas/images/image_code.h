@@ -33,7 +33,7 @@ void encode_to_file(const std::filesystem::path& file, const std::filesystem::pa
 // The table that lumatlas-images exports. Its functions are those of the same names in photograph.h, lower_resolution.h
 // and this header.
 struct ImageCode {
-  const char* version;  // of lumatlas
+  const char* version;  // lumatlas's version
   ImageSize (*size_of_file)(const std::filesystem::path&, Orientation);
   ImageSize (*size_of_bytes)(std::span<const std::uint8_t>, const std::string&);
   CameraNote (*read_camera_note)(const std::filesystem::path&);

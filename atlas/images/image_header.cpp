@@ -133,14 +133,14 @@ std::uint32_t u32_little_endian(const std::array<std::uint8_t, 4>& bytes) {
   return std::uint32_t{bytes[3]} << 24 | std::uint32_t{bytes[2]} << 16 | std::uint32_t{bytes[1]} << 8 | bytes[0];
 }
 
-constexpr std::size_t kAroundData = 12;  // of a PNG's chunk: length, type and checksum
+constexpr std::size_t kAroundData = 12;  // a PNG chunk's length, type and checksum
 
 bool read_bytes(std::istream& file, std::span<std::uint8_t> bytes) {
   return static_cast<bool>(
       file.read(reinterpret_cast<char*>(bytes.data()), static_cast<std::streamsize>(bytes.size())));
 }
 
-// Whether the rest of a chunk, from its data on, is there and has the checksum of its type and data.
+// Returns whether the rest of a chunk, from its data on, is there and has the checksum of its type and data.
 bool chunk_is_sound(std::istream& file, std::span<const std::uint8_t> type, std::uint32_t length) {
   uLong checksum = crc32(0, type.data(), static_cast<uInt>(type.size()));
   std::array<std::uint8_t, 4096> buffer{};
@@ -304,8 +304,8 @@ std::uint32_t number_in(std::string_view value, std::size_t at) {
   return u32_little_endian(bytes);
 }
 
-// Of all channels together. Nothing unless there are names that end with a zero, each with 16 bytes, and an empty name
-// at the end.
+// Returns the bytes of all channels together. Nothing unless there are names that end with a zero, each with 16 bytes,
+// and an empty name at the end.
 std::optional<std::uint64_t> bytes_of_channels(std::string_view value) {
   constexpr std::size_t kOfChannel = 16;
   constexpr std::uint32_t kHalf = 1;
@@ -328,7 +328,7 @@ bool is_preview(std::string_view value) {
   return width <= pixels && height <= pixels && width * height == pixels && value.size() % 4 == 0;
 }
 
-// Whether OpenEXR is going to read as much of the file as the attribute says that it has.
+// Returns whether OpenEXR is going to read as much of the file as the attribute says that it has.
 bool has_its_size(std::string_view type, std::string_view value) {
   if (type == "chlist") return bytes_of_channels(value).has_value();
   if (type == "preview") return is_preview(value);
@@ -343,7 +343,7 @@ std::uint64_t side_between(std::uint32_t first, std::uint32_t last) {
   return static_cast<std::uint64_t>(std::max<std::int64_t>(side, 0));
 }
 
-// Of an attribute that has its size.
+// Takes an attribute that has its size.
 void note_attribute(std::string_view name, std::string_view type, std::string_view value, ExrHeader& header) {
   if (name == "dataWindow" && type == "box2i") {
     header.width = std::max(header.width, side_between(number_in(value, 0), number_in(value, 8)));

@@ -36,7 +36,7 @@ struct Decoder {
   jpeg_error_mgr errors{};
   jpeg_progress_mgr progress{};
   std::jmp_buf failed{};
-  char reason[JMSG_LENGTH_MAX] = "";  // of the failure
+  char reason[JMSG_LENGTH_MAX] = "";  // why it failed
 
   Decoder();
   ~Decoder() { jpeg_destroy_decompress(&jpeg); }

@@ -54,7 +54,7 @@ bool has_own_decoder(Format format) {
   return format == Format::jpeg || format == Format::heif || format == Format::raw;
 }
 
-const char* name_of(Format format) {  // as OpenImageIO calls its reader, of those that it reads
+const char* name_of(Format format) {  // OpenImageIO's name for its reader, for formats that it reads
   switch (format) {
     case Format::png:
       return "png";
@@ -74,7 +74,7 @@ bool is_heif(std::string_view head) {
          std::find(kBrands.begin(), kBrands.end(), head.substr(8, 4)) != kBrands.end();
 }
 
-// By the first bytes alone, because photographs are often misnamed.
+// Tells the format by the first bytes alone, because photographs are often misnamed.
 constexpr std::size_t kSignatureBytes = 12;
 std::optional<Format> format_of(std::string_view head) {
   using namespace std::string_view_literals;
@@ -125,7 +125,7 @@ class Source {
     if (in_memory()) return std::make_unique<std::istringstream>(std::string(bytes_.begin(), bytes_.end()));
     return std::make_unique<std::ifstream>(path_, std::ios::binary);
   }
-  // What OpenImageIO reads, until the next call.
+  // The reader of OpenImageIO, until the next call.
   [[nodiscard]] PatchedReader& reader() {
     using namespace OIIO::Filesystem;
     std::unique_ptr<IOProxy> file;
@@ -138,7 +138,7 @@ class Source {
     return *reader_;
   }
 
-  // From here on in memory: whoever replaces the file on disk changes nothing of what is read.
+  // Reads the file into memory. If the file on disk is replaced afterwards, this source does not change.
   void hold() {
     if (in_memory()) return;
     held_ = read_whole_file(path_);
@@ -172,7 +172,7 @@ using Reader = std::unique_ptr<OIIO::ImageInput>;
 Reader reader_of(const Source& source, Format format) {
   Reader reader = OIIO::ImageInput::create(name_of(format));
   if (reader) return reader;
-  (void)OIIO::geterror();  // an error that nobody fetches would be printed at exit
+  (void)OIIO::geterror();  // an error that is not fetched would be printed at exit
   fail(source.path(), std::string("OpenImageIO is installed without a reader for ") + name_of(format));
 }
 
@@ -181,11 +181,11 @@ bool may_be_in_memory(Format format) {
   return format == Format::jpeg || format == Format::png;
 }
 
-// What reads a source, opened when what it is given has been found sound. A JPEG has neither: see jpeg_file.h.
+// The opened reader of a source, made when its input has been found sound. A JPEG has neither: see jpeg_file.h.
 struct Opened {
   Format format;
   Reader reader;
-  std::unique_ptr<PictureFile> file;  // of HEIC, AVIF and raw
+  std::unique_ptr<PictureFile> file;  // for HEIC, AVIF and raw
   std::vector<std::uint8_t> profile;  // ICC, of a PNG, TIFF or WebP that is opened; empty: there is none
 };
 
@@ -195,7 +195,7 @@ Opened reader_for(const Source& source) {
   return {format, has_own_decoder(format) ? nullptr : reader_of(source, format), nullptr, {}};
 }
 
-// What must be known before anything is allocated for the pixels.
+// The values that must be known before anything is allocated for the pixels.
 struct Header {
   std::uint64_t width, height;  // pixels, as stored
   std::uint64_t pixel_bytes;
@@ -235,7 +235,7 @@ Header picture_header(const Source& source, Opened& image) {
 Header webp_header(const Source& source) {
   const std::optional<ImageExtent> size = read_webp_size(*source.stream());
   if (!size) fail(source.path(), "is damaged or cut off, a WebP file without a sound header; copy it again");
-  constexpr std::uint64_t kRgba = 4;  // what is allocated, whatever the picture has
+  constexpr std::uint64_t kRgba = 4;  // channels that are allocated for every picture
   return {size->width, size->height, kRgba, 1};
 }
 
@@ -299,7 +299,7 @@ Header checked_header(Source& source, Opened& image, Orientation orientation) {
   return header;
 }
 
-// Of formats whose readers do not tell.
+// Checks formats whose readers do not report an early end.
 void check_complete(const Source& source, Format format) {
   const std::span<const std::uint8_t> bytes = source.bytes();
   if (!(format == Format::jpeg ? jpeg_is_complete(bytes) : png_is_complete(bytes))) {
@@ -348,7 +348,8 @@ void read_pixels(const fs::path& path, OIIO::ImageInput& reader, const TypeDesc&
   const bool tiled = spec.tile_width > 0;
   const int band = tiled ? (rows + spec.tile_height - 1) / spec.tile_height * spec.tile_height : rows;
   const std::size_t row_bytes = static_cast<std::size_t>(spec.width) * spec.nchannels * type.size();
-  // Where nothing is converted: OpenImageIO converts by way of a buffer of 64 MB, however small the photograph is.
+  // Asks for the file's own type if nothing is converted, because OpenImageIO converts by way of a buffer of 64 MB,
+  // however small the photograph is.
   const TypeDesc wanted = spec.format == type && spec.channelformats.empty() ? TypeDesc(TypeDesc::UNKNOWN) : type;
   for (int row = 0; row < spec.height; row += std::min(band, spec.height - row)) {
     const int first = spec.y + row, last = first + std::min(band, spec.height - row);
@@ -360,7 +361,7 @@ void read_pixels(const fs::path& path, OIIO::ImageInput& reader, const TypeDesc&
   }
 }
 
-// As stored, 8-bit sRGB.
+// Reads the pixels as stored, as 8-bit sRGB.
 template <typename Sample>
 void read_as(const fs::path& path, OIIO::ImageInput& reader, const TypeDesc& type, std::vector<std::uint8_t>& rgb) {
   const OIIO::ImageSpec& spec = reader.spec();
@@ -416,7 +417,7 @@ std::vector<std::uint8_t> stored_rgb(const Source& source, Opened& image, const 
   } else if (spec.format.size() > 1) {
     read_as<std::uint16_t>(path, reader, TypeDesc::UINT16, rgb);
   } else if (spec.nchannels == 3) {
-    read_pixels(path, reader, TypeDesc::UINT8, rgb.data());  // as it is
+    read_pixels(path, reader, TypeDesc::UINT8, rgb.data());  // no conversion
   } else {
     read_as<std::uint8_t>(path, reader, TypeDesc::UINT8, rgb);
   }
@@ -509,7 +510,8 @@ CameraNote camera_note_of(Source& source) {
 }
 
 Photograph read_from(Source& source, Orientation orientation) {
-  // What is looked at several times is held, so that header, checks and decoder see one file; others are opened once.
+  // A format that is read several times is held in memory, so that header, checks and decoder see one file; others are
+  // opened once.
   if (may_be_in_memory(format_of(source))) source.hold();
   Opened image = reader_for(source);
   if (source.in_memory()) check_complete(source, image.format);
@@ -555,7 +557,7 @@ std::vector<std::uint8_t> threefold(const std::vector<std::uint8_t>& values) {
   return result;
 }
 
-// As three equal values a pixel, upright.
+// Reads the alpha as three equal values a pixel, upright.
 std::vector<std::uint8_t> alpha_from(Source& source, Orientation orientation) {
   Opened image = reader_for(source);
   if (image.format == Format::jpeg) return {};

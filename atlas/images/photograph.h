@@ -19,8 +19,8 @@ struct Photograph {
   std::vector<std::uint8_t> valid;  // 0: outside the lens's image (undistortion border), 255: inside; empty: all inside
 };
 
-// What to do about an EXIF orientation. Photographs are upright by it for people to look at; but a
-// structure-from-motion program that ignored it (COLMAP does) has calibrated the pixels as they are stored.
+// How to treat an EXIF orientation. Viewers turn photographs upright by it. A structure-from-motion program that
+// ignores it, as COLMAP does, has calibrated the pixels as they are stored.
 enum class Orientation { exif, as_stored };
 
 struct ImageSize {
@@ -29,7 +29,7 @@ struct ImageSize {
 // From the header alone. Throws InputError.
 [[nodiscard]] ImageSize photograph_size(const std::filesystem::path& path, Orientation orientation = Orientation::exif);
 
-// Where a photograph was taken, as a satellite receiver tells: WGS 84.
+// The position of a photograph as its satellite receiver states it: WGS 84.
 struct GpsPosition {
   double latitude_deg = 0;   // [-90, 90], north is positive
   double longitude_deg = 0;  // [-180, 180], east is positive
@@ -38,9 +38,9 @@ struct GpsPosition {
   friend bool operator==(const GpsPosition&, const GpsPosition&) = default;
 };
 
-// What a file's header says of the camera that took the photograph.
+// The camera that took a photograph, as the file's header describes it.
 struct CameraNote {
-  ImageSize size;                  // as stored
+  ImageSize size;                  // as it is stored
   std::string make, model;         // empty: not said
   double focal_length_mm = 0;      // 0: not said
   double focal_length_35mm = 0;    // that a camera for 35 mm film would need for the same view; 0: not said
@@ -50,15 +50,14 @@ struct CameraNote {
 [[nodiscard]] CameraNote read_camera_note(const std::filesystem::path& path);
 
 // Reads JPEG, PNG, TIFF, WebP, OpenEXR, HEIC (HEIF), AVIF, and the raw forms of cameras that LibRaw knows (DNG, CR2,
-// CR3, NEF, ARW, RAF, ORF, RW2 and others). They are told by their first bytes whatever their names are, a raw TIFF by
-// its directories; other formats are refused. 8 and 16 bit, grey and colour, with or without alpha (alpha is dropped);
-// floating-point files are taken as linear light. Colours in the space of an ICC profile, such as Display P3 or Adobe
-// RGB, are converted to sRGB.
-// HEIC, AVIF and raw files are turned once, by their decoders, whatever `orientation` is: other programs see them
-// through the same decoders. A raw file is developed as picture_file.h says. Its size is what LibRaw finds visible,
-// which may be some pixels more than the camera's own JPEG has.
-// A file that is replaced by another one while it is read gives the old picture or the new one. Throws InputError: path
-// and reason, also for a file that is cut off or whose coded pixels are damaged, as far as its decoder can tell.
+// CR3, NEF, ARW, RAF, ORF, RW2 and others). Formats are recognised by the first bytes, whatever the name, and a raw
+// TIFF by its directories; other formats are refused. 8 and 16 bit, grey and colour, with or without alpha (alpha is
+// dropped); floating-point files are taken as linear light. Colours in the space of an ICC profile, such as Display P3
+// or Adobe RGB, are converted to sRGB. HEIC, AVIF and raw files are turned once, by their decoders, whatever
+// `orientation` is: other programs see them through the same decoders. A raw file is developed as picture_file.h says.
+// Its size is what LibRaw finds visible, which may be some pixels more than the camera's own JPEG has. A file that is
+// replaced by another one while it is read gives the old picture or the new one. Throws InputError: path and reason,
+// also for a file that is cut off or whose coded pixels are damaged, as far as its decoder can tell.
 [[nodiscard]] Photograph read_photograph(const std::filesystem::path& path,
                                          Orientation orientation = Orientation::exif);
 
@@ -82,20 +81,20 @@ struct GreyImage {
 [[nodiscard]] Photograph read_photograph(std::span<const std::uint8_t> file, const std::string& name);
 
 enum class ImageFormat { png, jpeg, webp };
-[[nodiscard]] const char* ending(ImageFormat format);     // of a file's name: ".png"
+[[nodiscard]] const char* ending(ImageFormat format);     // a file name's ending: ".png"
 [[nodiscard]] const char* mime_type(ImageFormat format);  // "image/png"
 
 struct ImageCoding {
   ImageFormat format = ImageFormat::png;
-  int quality = 95;  // of JPEG and WebP, [1, 100]; PNG is exact
+  int quality = 95;  // for JPEG and WebP, [1, 100]; PNG is exact
 };
 
 // Throws std::invalid_argument naming the field, its value and the rule that it breaks.
 void check(const ImageCoding& coding);
 
-// The bytes of a file, 8-bit RGB. JPEG keeps colour at full resolution, so that it does not bleed. The same bytes each
-// time. Where a note is given, the file's EXIF says what the note does of camera and place. Throws
-// std::invalid_argument for what is no image, InputError if it cannot be encoded.
+// Returns the bytes of a file, 8-bit RGB. JPEG keeps colour at full resolution, so that it does not bleed. The result
+// is deterministic. The file's EXIF has the camera and position of the note, if there is one. Throws
+// std::invalid_argument for an invalid image, InputError if it cannot be encoded.
 [[nodiscard]] std::vector<std::uint8_t> encode_image(const Photograph& image, const ImageCoding& coding,
                                                      const std::optional<CameraNote>& note = std::nullopt);
 

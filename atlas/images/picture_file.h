@@ -31,7 +31,7 @@ class PictureFile {
   // The picture's size, in pixels, with the turns and crops that the decoder carries out itself. The orientation that
   // is still to be carried out is always 1.
   [[nodiscard]] virtual ImageExtent size() const = 0;
-  [[nodiscard]] virtual std::uint64_t decoder_bytes() const = 0;  // what decode() allocates, about
+  [[nodiscard]] virtual std::uint64_t decoder_bytes() const = 0;  // about as much as decode() allocates
   [[nodiscard]] virtual ExifNote exif() const = 0;                // its orientation means nothing
 
   // Throws InputError for a damaged picture, as far as the decoder can tell. A second call is not allowed.
@@ -43,12 +43,12 @@ class PictureFile {
 // as they are coded. Throws InputError.
 [[nodiscard]] std::unique_ptr<PictureFile> open_heif(const std::filesystem::path& path);
 
-// The raw form of a camera, by LibRaw: OpenImageIO 2.4 hides what LibRaw tells of damage. Develops it to sRGB with the
-// camera's white balance, and without what depends on the picture's content, so that photographs of one series agree.
-// There is no tone curve, so that it is mostly darker than the camera's own JPEG. Throws InputError.
+// The raw form of a camera, by LibRaw: OpenImageIO 2.4 hides the damage that LibRaw reports. Develops it to sRGB with
+// the camera's white balance, and without what depends on the picture's content, so that photographs of one series
+// agree. There is no tone curve, so that it is mostly darker than the camera's own JPEG. Throws InputError.
 [[nodiscard]] std::unique_ptr<PictureFile> open_raw(const std::filesystem::path& path);
 
-// Whether a file whose first bytes are `head`, of a TIFF file or not, is the raw form of a camera.
+// Returns whether a file that begins with `head`, TIFF or not, is a camera's raw format.
 [[nodiscard]] bool is_raw(std::string_view head, std::istream& file);
 
 }  // namespace lumatlas

@@ -22,7 +22,7 @@ namespace fs = std::filesystem;
 
 using DevelopedRaw = std::unique_ptr<libraw_processed_image_t, decltype(&LibRaw::dcraw_clear_mem)>;
 
-// What LibRaw's constructor sets up is shared by all threads.
+// LibRaw's constructor sets up data that all threads share.
 std::unique_ptr<LibRaw> new_raw_decoder() {
   static std::mutex one_at_a_time;
   const std::lock_guard lock(one_at_a_time);
@@ -160,7 +160,7 @@ class TiffNumbers {
   bool is_big_endian_;
 };
 
-// Whether a directory, or one of those below it, holds what a sensor saw.
+// Returns whether a directory, or one of those below it, holds the values of a sensor.
 bool holds_sensor(const TiffNumbers& tiff, std::uint64_t directory, bool look_below) {
   constexpr std::uint32_t kPhotometric = 262, kBelow = 330, kColorFilters = 32803, kLinearRaw = 34892;
   constexpr std::uint32_t kMostBelow = 16, kWordsInEntry = 1;

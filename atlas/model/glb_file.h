@@ -12,7 +12,7 @@
 
 namespace lumatlas {
 
-// Whether a file is a .glb, told by its first bytes whatever its name is. False if it cannot be read.
+// Returns whether a file is a .glb by its first bytes, whatever its name. False if it cannot be read.
 [[nodiscard]] bool is_glb(const std::filesystem::path& file);
 
 struct GlbFrame {
@@ -28,7 +28,7 @@ struct GlbFrame {
 [[nodiscard]] std::vector<unsigned char> read_glb_binary(const std::filesystem::path& file, const GlbFrame& frame,
                                                          std::uint64_t bytes);
 
-// The caller looks whether the stream has failed. Throws InputError by require_fits_glb() before anything is written.
+// The caller checks whether the stream has failed. Throws InputError by require_fits_glb() before anything is written.
 void write_glb_frame(std::ostream& file, std::string json, std::span<const unsigned char> binary);
 
 // A .glb has 32 bits for its length. Throws InputError, one sentence without a path, for more `bytes`.

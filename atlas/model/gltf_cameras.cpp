@@ -16,9 +16,10 @@ namespace {
 
 using nlohmann::json;
 
-// What glTF's cameras need and nobody knows: nearer than this, scene units, nothing is drawn. > 0.
+// Returns the near plane that glTF's cameras need and no input states: nearer than this, scene units, nothing is drawn.
+// > 0.
 double near_plane(const Mesh& mesh) {
-  constexpr double kShare = 1e-3;  // of the mesh's diagonal
+  constexpr double kShare = 1e-3;  // share of the mesh's diagonal
   const Bounds box = bounds(mesh);
   const double diagonal = box.empty() ? 0 : glm::length(box.max - box.min);
   return diagonal > 0 ? kShare * diagonal : kShare;
@@ -84,7 +85,7 @@ void add_cameras(json& document, const Snapshot& snapshot, const glm::dmat3& fil
   const double near = near_plane(near_surface(*snapshot.surface).mesh);
   for (const auto& view : snapshot.views) {
     if (!view) continue;
-    const std::size_t camera = document["cameras"].size();  // of null, 0
+    const std::size_t camera = document["cameras"].size();  // 0 for null
     document["cameras"].push_back(camera_json(*view, near));
     document["nodes"][0]["children"].push_back(document["nodes"].size());
     document["nodes"].push_back(node_json(*view, camera));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What makes a glTF file stand upright in other programs, and lets people look from where the photographs were taken.
+// Nodes and cameras that make a glTF file stand upright in other programs, and offer the photographs' viewpoints there.
 #pragma once
 
 #include <glm/mat3x3.hpp>
@@ -17,11 +17,11 @@ namespace lumatlas {
 // views; the identity where there are none.
 [[nodiscard]] glm::dmat3 gltf_from_scene(const Snapshot& snapshot);
 
-// Turns the document's node 0, the root of its only scene, by this rotation, and hangs on it, for each stored view, in
-// their order, a node with a perspective camera, both of the view's name. glTF's cameras have their principal point in
-// the middle; where the view's is not, theirs is a picture of the same shape that is as much larger as it must be to
-// have all of the view in it. What the view's own is stands in the camera's extras, pixels: imageSize, focalLength and
-// principalPoint, from the top left corner.
+// Turns the document's node 0, the root of its only scene, by this rotation. Below it, adds a node with a perspective
+// camera for each stored view, in their order, both with the view's name. glTF's cameras have their principal point in
+// the middle. If the view's is elsewhere, its glTF camera has a picture of the same shape, enlarged until it holds all
+// of the view. What the view's own is stands in the camera's extras, pixels: imageSize, focalLength and principalPoint,
+// from the top left corner.
 void add_cameras(nlohmann::json& document, const Snapshot& snapshot, const glm::dmat3& file_from_scene);
 
 }  // namespace lumatlas

@@ -36,7 +36,7 @@ bool has_control(const std::string& text) {
   return std::any_of(text.begin(), text.end(), is_control);
 }
 
-// What a file or a parser says, fit for a sentence: on one line, and not without end.
+// Returns a text from a file or a parser fit for a sentence: on one line, and of bounded length.
 std::string one_line(std::string text) {
   constexpr std::size_t kLongest = 1000;
   if (text.size() > kLongest) text = text.substr(0, kLongest) + "...";
@@ -45,11 +45,11 @@ std::string one_line(std::string text) {
   return text;
 }
 
-// Whether a file of the model's folder is there, or would be, once symbolic links are followed.
+// Returns whether a file's path leads out of the model's folder once symbolic links are followed.
 bool leads_out_of(const fs::path& folder, const fs::path& file) {
   std::error_code error;
   const fs::path home = fs::canonical(folder.empty() ? "." : folder, error);
-  if (error) return false;  // whoever opens the file says why
+  if (error) return false;  // opening the file reports the error
   const fs::path place = fs::weakly_canonical(file, error);
   if (error) return false;
   const fs::path relative = place.lexically_relative(home);
@@ -83,11 +83,11 @@ std::string percent_decoded(const std::string& uri) {
 // Stands for the URI of the buffer in a .glb, which has none.
 constexpr const char* kBinaryChunk = "binary chunk";
 
-// What a buffer that has no bytes in the file is read as: tinygltf takes none that is empty.
+// Size of the stand-in for a buffer that has no bytes in the file, because tinygltf takes no empty buffer.
 constexpr std::size_t kEmptyBufferBytes = 4;
 
-// What tinygltf is given instead of the file system. It would look for a buffer along any path that the file says, and
-// then in the working directory too.
+// The file system that tinygltf sees. It would otherwise look for a buffer along any path in the file, and then in the
+// working directory too.
 struct Folder {
   const GltfFile& file;
   fs::path path;
@@ -256,7 +256,7 @@ void GltfFile::parse(const GlbFrame& frame, GltfUse use) {
   Folder folder{*this, path_.parent_path(), {}, {}, {}};
   std::set<int> empty_buffers;
   nlohmann::json document = nlohmann::json::parse(frame.json, nullptr, false);
-  std::string json = frame.json;  // what is no JSON, tinygltf refuses
+  std::string json = frame.json;  // tinygltf refuses a text that is no JSON
   if (document.is_object()) {
     check_required(document, use);
     take_images(document);

@@ -2,7 +2,7 @@
 // Internal to atlas/: a glTF 2.0 file, .gltf or .glb, with its buffer, and its parts with every check that a hostile
 // file needs.
 //
-// Nothing outside of the file's own folder is opened, whatever its URIs say and wherever symbolic links in it lead.
+// No file outside the .gltf file's own folder is opened, whatever its URIs say and wherever symbolic links in it lead.
 // Every refusal is an InputError of one line that names the file.
 #pragma once
 
@@ -29,13 +29,13 @@ struct AccessorType {
   std::size_t elements_per_value = 1;
 };
 
-// What an accessor of any type and layout holds, not yet converted.
+// The values of an accessor of any type and layout, not yet converted.
 struct GltfElements {
   const unsigned char* first;
   std::size_t count;
   std::size_t stride;  // bytes from one element to the next
   int component;       // TINYGLTF_COMPONENT_TYPE_...
-  int components;      // of an element
+  int components;      // per element
   bool normalized;     // integers stand for [0, 1], signed ones for [-1, 1]
 };
 
@@ -58,7 +58,7 @@ class GltfFile {
 
   [[nodiscard]] const Object& extension(const char* name) const;                   // refuses if there is none
   [[nodiscard]] const tinygltf::Primitive& triangles(std::size_t mesh = 0) const;  // the first primitive of the mesh
-  [[nodiscard]] int attribute(const char* name, std::size_t mesh = 0) const;       // of triangles(): accessor's number
+  [[nodiscard]] int attribute(const char* name, std::size_t mesh = 0) const;  // the accessor's number, for triangles()
 
   [[nodiscard]] const tinygltf::Model& contents() const { return model_; }  // with no check but of what is read below
   [[nodiscard]] std::uint64_t buffer_bytes() const;

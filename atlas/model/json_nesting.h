@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Internal to atlas/: how deep the values of a JSON text are nested. Parsers, and whoever copies what they give, take a
-// call per level, so a text of brackets alone could end the stack.
+// Internal to atlas/: how deep the values of a JSON text are nested. Parsers, and code that copies their results, make
+// one call a level, so a text of brackets alone could exhaust the stack.
 #pragma once
 
 #include <string>

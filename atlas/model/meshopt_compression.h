@@ -23,11 +23,11 @@ inline constexpr std::uint64_t kMostMeshoptGrowth = 64;
 enum class MeshoptMode { attributes, triangles, indices };
 enum class MeshoptFilter { none, octahedral, quaternion, exponential };
 
-// By the names of the extension, such as "TRIANGLES"; none if there is no such name.
+// Take the names of the extension, such as "TRIANGLES"; return nothing for any other name.
 [[nodiscard]] std::optional<MeshoptMode> meshopt_mode(std::string_view name);
 [[nodiscard]] std::optional<MeshoptFilter> meshopt_filter(std::string_view name);
 
-// What a compressed view decodes to.
+// The size and layout of a compressed view's decoded bytes.
 struct MeshoptView {
   MeshoptMode mode = MeshoptMode::attributes;
   MeshoptFilter filter = MeshoptFilter::none;

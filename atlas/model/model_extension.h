@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What the writer and the reader of models must agree on; the fields are described in atlas/README.md.
+// Names that the writer and the reader of models share; atlas/README.md describes the fields.
 #pragma once
 
 #include <cstdint>
@@ -8,8 +8,8 @@ namespace lumatlas {
 
 inline constexpr const char* kLumigraphExtension = "LUMATLAS_lumigraph";
 inline constexpr const char* kUnlitExtension = "KHR_materials_unlit";
-inline constexpr int kLumigraphVersion = 2;          // of a mesh with vertex colours
-inline constexpr int kTexturedLumigraphVersion = 3;  // of one with a base texture
+inline constexpr int kLumigraphVersion = 2;          // a mesh with vertex colours
+inline constexpr int kTexturedLumigraphVersion = 3;  // a mesh with a base texture
 inline constexpr const char* kCellAttribute = "_CELL";
 inline constexpr const char* kColorAttribute = "COLOR_0";
 inline constexpr const char* kTexturedColorAttribute = "_COLOR";  // COLOR_0 would be multiplied with the texture

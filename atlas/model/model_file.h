@@ -23,7 +23,7 @@ inline constexpr const char* kModelFileName = "scene.gltf";
 // Writes scene.gltf, scene-X.bin and images/ into `folder`, which must exist; X and the images' names are of the files'
 // content. The model is there whole once scene.gltf is, which comes last. Until then a model that is there already
 // stays as it is, also where the process is killed or a file cannot be written; then its files are removed. With
-// photographs as PNG, reading the model back gives the same pictures to the bit. Free slots and views without a
+// photographs as PNG, reading the model back gives the same pictures to the bit. Free view slots and views without a
 // resident tile are left out: the others keep their order, their slots become consecutive. Vertices are split where
 // cells meet; faces keep their order. Names become Unicode on one line. The mesh's own colours are left out: what is
 // shown of them is in the snapshot's vertex colours. With a texture vertices are there once more for each of its places
@@ -34,14 +34,14 @@ void write_model(const std::filesystem::path& folder, const Snapshot& given, con
                  const ImageCoding& photographs = {}, const BaseTexture* texture = nullptr);
 
 // Writes the same model as one .glb. `notes`, the text of a JSON object or empty, says how the model was made: it
-// becomes the asset's "extras". The caller looks whether the stream has failed. Throws InputError for a model of 4 GiB
-// or more, for which a .glb has no room, and std::invalid_argument for notes that are no JSON object or as
-// write_model() does. Holds the whole file in memory, twice.
+// becomes the asset's "extras". The caller checks whether the stream has failed. Throws InputError for a model of 4 GiB
+// or more, the limit of a .glb, and std::invalid_argument for notes that are no JSON object or as write_model() does.
+// Holds the whole file in memory, twice.
 void write_glb(std::ostream& file, const Snapshot& given, const ValidityOptions& validity,
                const ImageCoding& photographs = {}, const std::string& notes = {},
                const BaseTexture* texture = nullptr);
 
-// Where the time of reading a model goes, milliseconds. The last three are sums over the threads.
+// The time of each step of reading a model, milliseconds. The last three are sums over the threads.
 struct ReadTimes {
   double tables = 0;  // JSON, mesh, cells, references
   double views = 0;   // all of the rest
@@ -56,14 +56,14 @@ struct Model {
   ReadTimes times;
 };
 
-// Reads a model folder, its .gltf file, or a .glb, which may have any name. Of a base texture it asks only the size:
-// the renderer has the photographs. Depth and validity are not in the file: they are made again from the mesh, with the
-// options that it was written with. A view without a resident tile is left out and its photograph not opened. Opens
-// nothing outside of the folder, not even where a symbolic link leads there. Throws InputError: file, index, value,
-// what is wrong with it; of several views that cannot be read, the first.
+// Reads a model folder, its .gltf file, or a .glb, which may have any name. It asks only the size of a base texture,
+// because the renderer has the photographs. Depth and validity are not in the file: they are made again from the mesh,
+// with the options that it was written with. A view without a resident tile is left out and its photograph not opened.
+// Opens nothing outside the folder, not even through a symbolic link. Throws InputError with file, index, value and
+// fault. If several views cannot be read, it names the first.
 [[nodiscard]] Model read_model(const std::filesystem::path& path);
 
-// What a model file holds and what that takes, without a look at its pixels.
+// The contents of a model file and their sizes, found without reading pixels.
 struct ModelFacts {
   std::filesystem::path file;
   std::shared_ptr<const Surface> surface;  // vertices are split at the borders of cells, not in the texture
@@ -78,7 +78,7 @@ struct ModelFacts {
   std::uint64_t table_bytes = 0;   // cells, their coverage, references, tiles
   std::uint64_t photograph_bytes = 0;
   std::uint64_t mask_bytes = 0;
-  std::uint64_t texture_bytes = 0;  // of its image; 0: there is none
+  std::uint64_t texture_bytes = 0;  // the texture's image; 0: there is none
 };
 
 // Checks all but the images, of which it asks the size. Throws InputError as read_model().

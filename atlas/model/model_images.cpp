@@ -14,8 +14,8 @@ std::string numbered(std::size_t view) {
   return std::string(kImageFolder) + "/" + number;
 }
 
-// Of the blocks that JPEG transforms: where one holds a pixel that is wanted, the others of it must not be black, or
-// their edge would ring into that pixel.
+// Side of the blocks that JPEG transforms. If a block holds a pixel that is used, its other pixels must not be black,
+// or their edge would ring into that pixel.
 constexpr std::uint32_t kMaskBlock = 8;
 
 void grow_to_blocks(std::vector<std::uint8_t>& mask, std::uint32_t width, std::uint32_t height) {

@@ -22,7 +22,7 @@ struct ModelFileName {
 
 struct ModelImage {
   ModelImageKind kind;
-  std::uint32_t slot;  // of the snapshot's view
+  std::uint32_t slot;  // the view's slot in the snapshot
   ModelFileName name;
   ImageCoding coding;  // masks are PNG
 };

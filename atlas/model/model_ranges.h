@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Internal to atlas/: the ranges of those numbers in a model file that say nothing useful outside of them, although
-// every other check would let them pass. The writer keeps to them and the reader refuses the rest, so that every model
-// that is written can be read.
+// Internal to atlas/: the ranges of numbers in a model file that are useless outside them, although every other check
+// would let them pass. The writer keeps to them and the reader refuses the rest, so that every model that is written
+// can be read.
 #pragma once
 
 #include "mesh/camera.h"

@@ -61,10 +61,10 @@ struct ViewEntry {
   std::optional<GltfImage> lens_mask, trust_mask;
 };
 
-// Of a file with a base texture the last vertices are copies for it, which are left out of the surface.
+// In a file with a base texture the last vertices are copies for it, which are left out of the surface.
 struct ReadSurface {
   std::shared_ptr<const Surface> surface;
-  std::size_t vertices = 0, copies = 0;  // of the first mesh in the file, and how many of them are copies
+  std::size_t vertices = 0, copies = 0;  // the first mesh's in the file, and how many of them are copies
 };
 
 // The far sphere in a file: the number of its mesh, and its number of cells. Both are 0 where there is none.
@@ -474,7 +474,7 @@ std::vector<ViewEntry> ModelReader::view_entries() const {
 // A file of a few kilobytes could else ask for one large photograph a million times.
 void ModelReader::require_own_images(const std::vector<ViewEntry>& entries) const {
   std::set<fs::path> files;
-  std::map<const unsigned char*, const unsigned char*> ends;  // of the bytes in buffers, by their first
+  std::map<const unsigned char*, const unsigned char*> ends;  // for the first byte of each range in buffers, its end
   for (const ViewEntry& entry : entries) {
     const std::span<const unsigned char> bytes = entry.image.bytes;
     if (!bytes.empty()) {
@@ -534,7 +534,7 @@ StoredView ModelReader::load(const ViewEntry& entry, const RayVisibility& visibi
   return view;
 }
 
-// Of several views that cannot be read, the first is reported, whichever thread was faster.
+// If several views cannot be read, the first is reported, whichever thread was faster.
 std::vector<std::shared_ptr<const StoredView>> ModelReader::load_all(const std::vector<ViewEntry>& entries,
                                                                      const Mesh& mesh, const TileTable& tiles,
                                                                      const ValidityOptions& options,
@@ -591,7 +591,7 @@ ReadSurface ModelReader::surface() const {
   return read;
 }
 
-// Of the image of the only material's texture.
+// Returns the image number of the only material's texture.
 int ModelReader::texture_number() const {
   const tinygltf::Model& file = file_.contents();
   const auto chosen = [&](int number, std::size_t count, const std::string& what) {
@@ -682,7 +682,7 @@ ModelFacts ModelReader::facts() const {
   return facts;
 }
 
-// Of a folder, the file in it.
+// Returns the file itself, or the file in a folder.
 fs::path file_of(const fs::path& path) {
   std::error_code ignored;
   fs::path file = fs::is_directory(path, ignored) ? path / kModelFileName : path;

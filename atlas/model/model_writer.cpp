@@ -112,7 +112,7 @@ int add_unlit_material(tinygltf::Model& model, bool textured) {
   return static_cast<int>(model.materials.size()) - 1;
 }
 
-// What the split vertices of a mesh have of the vertices that they are.
+// Returns for each split vertex the value of the vertex that it copies.
 template <typename T>
 std::vector<T> repeated(const std::vector<T>& values, const std::vector<std::uint32_t>& source) {
   std::vector<T> split;
@@ -145,7 +145,7 @@ std::uint32_t packed_place(const glm::vec2& share) {
   return part(share.x) | part(share.y) << 16;
 }
 
-// Of vertices as packed_place() has them.
+// Adds vertices packed by packed_place().
 int add_places(tinygltf::Model& model, const std::vector<std::uint32_t>& packed) {
   std::vector<glm::u16vec2> places;
   places.reserve(packed.size());
@@ -166,11 +166,11 @@ int add_colors(tinygltf::Model& model, const std::vector<glm::u8vec3>& srgb) {
 // The mesh as it is written.
 struct WrittenMesh {
   VertexSplit cells;                  // the mesh's vertices, a copy for each cell
-  std::vector<glm::uvec3> faces;      // of vertices that are those of `cells`, then copies of them
+  std::vector<glm::uvec3> faces;      // vertices of `cells`, then copies of them
   std::vector<std::uint32_t> copies;  // which of `cells` each copy is
-  std::vector<std::uint32_t> places;  // by vertex, in the base texture; empty without one
+  std::vector<std::uint32_t> places;  // one per vertex, in the base texture; empty without one
 
-  // What vertices have of those of `cells`.
+  // Returns the values of `cells` with copies for the texture's vertices.
   template <typename T>
   [[nodiscard]] std::vector<T> with_copies(std::vector<T> values) const {
     for (const std::uint32_t vertex : copies) values.push_back(values[vertex]);
@@ -348,7 +348,7 @@ std::string name_by_content(const ModelFileName& name, std::span<const std::uint
   return name.stem + "-" + content_digits(std::as_bytes(bytes)) + name.ending;
 }
 
-// Whether a file's name is one that name_by_content() gives.
+// Returns whether a file's name is one that name_by_content() makes.
 bool is_name_by_content(const std::filesystem::path& file) {
   static const std::regex by_content(".*-[0-9a-f]{16}\\.(png|jpg|bin)");
   return std::regex_match(file.filename().string(), by_content);
@@ -437,7 +437,7 @@ class PendingFiles {
   std::unique_ptr<TemporaryEntry> temporary_;
 };
 
-// Of a model that is not there after all.
+// The images of a model. They are removed if the model is not completed.
 class ImageFolder {
  public:
   explicit ImageFolder(std::filesystem::path folder) : folder_(std::move(folder)) {
@@ -482,7 +482,8 @@ std::vector<std::string> files_of_earlier(const std::filesystem::path& folder) {
     if (name.parent_path() == kImageFolder && name.has_filename()) names.push_back(name.string());
   }
   for (const std::string& uri : uris_in(document, "buffers")) {
-    if (uri == std::string(kBufferStem) + ".bin") names.push_back(uri);  // of models that were not named by content
+    if (uri == std::string(kBufferStem) + ".bin")
+      names.push_back(uri);  // the name in models that were not named by content
   }
   return names;
 }
@@ -591,7 +592,7 @@ void require_readable(const Snapshot& snapshot) {
   }
 }
 
-// Nothing of a view without a resident tile is shown, so nothing of it is written.
+// Leaves out views without a resident tile, which show nothing.
 Snapshot checked(const Snapshot& snapshot) {
   if (snapshot.cell_seen.size() > kMostCells) {
     throw InputError("the model has " + std::to_string(snapshot.cell_seen.size()) + " cells, a model file holds " +

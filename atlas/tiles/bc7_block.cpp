@@ -14,13 +14,13 @@ namespace lumatlas {
 
 namespace {
 
-using Values = std::array<float, 4>;  // of the channels
+using Values = std::array<float, 4>;  // one per channel
 using Texel = std::array<std::uint8_t, 4>;
 using Codes = std::array<std::uint8_t, kBc7BlockTexels>;
 
 constexpr std::uint64_t kImpossible = std::numeric_limits<std::uint64_t>::max();
 
-// Of the second end of a ramp, in 64ths, for codes of 2, 3 and 4 bits.
+// Weights of the second end of a ramp, in 64ths, for codes of 2, 3 and 4 bits.
 constexpr std::array<std::uint8_t, 4> kWeights2{0, 21, 43, 64};
 constexpr std::array<std::uint8_t, 8> kWeights3{0, 9, 18, 27, 37, 46, 55, 64};
 constexpr std::array<std::uint8_t, 16> kWeights4{0, 4, 9, 13, 17, 21, 26, 30, 34, 38, 43, 47, 51, 55, 60, 64};
@@ -42,7 +42,7 @@ std::uint8_t expanded(std::uint32_t stored, int bits) {
   return static_cast<std::uint8_t>(high | high >> bits);
 }
 
-// std::round() is a call of a function where nobody says that the processor has SSE4.1.
+// Rounds without std::round(), which is a function call unless the compiler may use SSE4.1.
 std::uint32_t rounded_within(float value, float most) {
   return static_cast<std::uint32_t>(std::clamp(value, 0.0F, most) + 0.5F);
 }
@@ -54,10 +54,10 @@ std::uint32_t nearest_stored(float value, int bits) {
 
 // How a ramp is stored.
 struct RampFormat {
-  std::size_t first, channels;  // of colour and alpha, those that the ramp has
-  int bits;                     // of an end in one channel
+  std::size_t first, channels;  // those of colour and alpha that the ramp has
+  int bits;                     // for an end in one channel
   bool shared;                  // a bit more, the lowest, which is the same in all channels
-  int code_bits;                // of a texel's step
+  int code_bits;                // for a texel's step
 };
 constexpr RampFormat kAllOfMode6{0, 4, 7, true, 4};
 constexpr RampFormat kColorOfMode4{0, 3, 5, false, 2};
@@ -108,8 +108,8 @@ End nearest_end(const Values& wanted, const RampFormat& format, std::optional<st
   return squared_distance(odd, wanted, format) < squared_distance(even, wanted, format) ? odd : even;
 }
 
-// Gives each texel the step of the ramp that is nearest to it, but for steps that are not quite even, and says what
-// error that makes.
+// Gives each texel the step of the ramp that is nearest to it, apart from steps that are not quite even, and sets the
+// error of that.
 void give_codes(const BlockTexels& texels, const RampFormat& format, Ramp& ramp) {
   const std::span<const std::uint8_t> weights = weights_of(format.code_bits);
   const std::size_t end = format.first + format.channels;
@@ -145,7 +145,7 @@ void give_codes(const BlockTexels& texels, const RampFormat& format, Ramp& ramp)
   }
 }
 
-// Of the channels of a ramp: each texel less the mean of all, and which is the farthest from it.
+// The channels of a ramp: each texel less the mean of all, and the farthest texel from it.
 struct Spread {
   Values mean{};
   std::array<Values, kBc7BlockTexels> from_mean{};
@@ -197,7 +197,7 @@ Values principal_direction(const Spread& spread, const RampFormat& format) {
   return direction;
 }
 
-// Of the line through the mean in that direction, the ends of the least piece that has all texels beside it.
+// Returns the ends of the shortest piece of the line through the mean in that direction that has all texels beside it.
 std::array<Values, 2> ends_of(const Spread& spread, const Values& direction) {
   float length = 0, least = 0, most = 0;
   for (const float part : direction) length += part * part;

@@ -15,11 +15,11 @@ namespace lumatlas {
 inline constexpr std::uint32_t kBlockSide = 4;  // texels
 inline constexpr std::size_t kBlockBytes = 16;
 
-// Blocks row by row from the top left; the same for the same texels, whoever compresses them. A validity of 0 stays 0
+// Returns the blocks row by row from the top left. The same texels always give the same blocks. A validity of 0 stays 0
 // and no other becomes 0: see bc7_block(). Throws std::invalid_argument unless the level's sides are multiples of 4.
 [[nodiscard]] std::vector<std::uint8_t> compressed(const ImageLevel& level);
-// What a GPU shows of them. Throws std::invalid_argument unless the sides are multiples of 4 and there are as many
-// blocks as they have, of those that compressed() makes.
+// Returns the texels that a GPU shows for these blocks. Throws std::invalid_argument unless the sides are multiples of
+// 4, there are as many blocks as they have, and compressed() can have made each of them.
 [[nodiscard]] ImageLevel decompressed(std::uint32_t width, std::uint32_t height, std::span<const std::uint8_t> blocks);
 
 // The `levels` finest levels of a whole view with the colours that the texture array shows in this layout: rounded up

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What photographs take: a texel of the renderer's texture array, and a pixel of a view in the store. Whoever
-// allocates, bounds or reports those bytes takes them from here.
+// Sizes of a photograph's data: a texel of the renderer's texture array, and a pixel of a view in the store. All code
+// that allocates, bounds or reports these bytes takes the sizes from here.
 #pragma once
 
 #include <cstdint>
@@ -21,7 +21,7 @@ inline const std::map<std::string, TexelFormat> kTexelFormatsByName{{"rgb8", Tex
   return format == TexelFormat::bc7 ? "bc7" : "rgb8";
 }
 
-// Bytes of so many texels; of whole blocks in formats that have them.
+// Returns the bytes of `texels` texels, in whole blocks where the format has blocks.
 [[nodiscard]] constexpr std::uint64_t color_bytes(TexelFormat format, std::uint64_t texels) {
   return format == TexelFormat::bc7 ? texels / 2 : 3 * texels;
 }
@@ -33,7 +33,7 @@ inline const std::map<std::string, TexelFormat> kTexelFormatsByName{{"rgb8", Tex
 // and without coarser levels.
 inline constexpr std::uint32_t kDepthBlockSide = 8;
 inline constexpr std::uint64_t kDepthBlockBytes = 16;
-// Blocks along a side of so many pixels.
+// Returns the number of blocks along a side of `side_px` pixels.
 [[nodiscard]] constexpr std::uint32_t depth_blocks(std::uint32_t side_px) {
   return (side_px + kDepthBlockSide - 1) / kDepthBlockSide;
 }

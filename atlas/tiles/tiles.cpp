@@ -72,7 +72,7 @@ struct TileRange {
         last(std::min((pixel + options.gutter_px) / options.tile_px, tiles - 1)) {}
 };
 
-// What the pixels of one row of tiles show, of these tiles and of those in whose gutter they are.
+// The cells that the pixels of one row of tiles show, for these tiles and for those in whose gutter they are.
 class ShownInRow {
  public:
   ShownInRow(const StoredView& view, std::span<const std::uint32_t> face, const Cells& cells, const TileGrid& grid,
@@ -123,7 +123,7 @@ class ShownInRow {
   const Cells& cells_;
   const TileGrid& grid_;
   const TileOptions& options_;
-  std::vector<TileRange> columns_;  // of each column of pixels
+  std::vector<TileRange> columns_;  // one per column of pixels
 };
 
 }  // namespace

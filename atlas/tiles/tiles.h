@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Photographs in tiles: square parts of a stored view, each resident in a slot of a bounded texture array only if the
-// references of some cell need it. In place of the whole views of Erat et al. 2019, section 3.4, most of whose texels
-// show surface that other views cover better.
+// Photographs in tiles: square parts of a stored view, each resident in a tile place of a bounded texture array only if
+// the references of some cell need it. In place of the whole views of Erat et al. 2019, section 3.4, most of whose
+// texels show surface that other views cover better.
 //
-// A slot holds a tile and around it a gutter of the pixels next to it; beyond the image's border the pixels at the
-// border are repeated. So filtering within a slot gives what filtering in the photograph would. All slots are alike:
-// what comes takes the place of what goes, and nothing is ever moved.
+// A tile place holds a tile and around it a gutter of the pixels next to it; beyond the image's border the pixels at
+// the border are repeated. So filtering within a tile place gives what filtering in the photograph would. All tile
+// places are alike: what comes takes the place of what goes, and nothing is ever moved.
 #pragma once
 
 #include <cstdint>
@@ -22,15 +22,15 @@
 
 namespace lumatlas {
 
-// No texture array has as many slots: so many tiles of the least size are a hundred gigabytes.
+// Larger than any texture array: this many tiles of the smallest size take a hundred gigabytes.
 inline constexpr std::uint32_t kMostTileSlots = 1u << 30;
 
 struct TileOptions {
   std::uint32_t tile_px = 64;   // side of a tile without its gutter; a multiple of 8 in [8, 1024]; 0: whole views
   std::uint32_t gutter_px = 2;  // 1, 2, 4 or 8: see levels_of()
-  std::uint32_t max_tiles = 0;  // slots of the texture array; 0: as many as are needed
-  // bc7 needs a gutter of at least 2, and of 8 a tile_px that is a multiple of 16: so all levels of a slot, and of the
-  // tile in it, are whole blocks.
+  std::uint32_t max_tiles = 0;  // tile places in the texture array; 0: as many as are needed
+  // bc7 needs a gutter of at least 2, and of 8 a tile_px that is a multiple of 16: so all levels of a tile place, and
+  // of the tile in it, are whole blocks.
   TexelFormat texels = TexelFormat::rgb8;
 
   [[nodiscard]] bool whole_views() const { return tile_px == 0; }
@@ -46,18 +46,18 @@ void check(const TileOptions& options);
 // texels two.
 [[nodiscard]] std::uint32_t levels_of(const TileOptions& options);
 
-// What a slot takes, bytes, in the format of atlas/tiles/texel_format.h with its coarser levels.
+// Returns the bytes of one tile place, in the format of atlas/tiles/texel_format.h with its coarser levels.
 [[nodiscard]] std::uint64_t slot_bytes(const TileOptions& options);
-// The most slots of a texture array within so many bytes, whole pages of them: see pages_for(). Throws
+// Returns how many tile places a texture array within `bytes` has at most, in whole pages: see pages_for(). Throws
 // std::invalid_argument unless the options pass check() and cut views into tiles.
 [[nodiscard]] std::uint32_t slots_within(std::uint64_t bytes, const TileOptions& options);
 
-// A texture array's pages, each of columns x rows slots.
+// A texture array's pages, each of columns x rows tile places.
 struct PageLayout {
   std::uint32_t columns, rows, pages;
 };
-// For at least that many slots. Pages are small, so that little is allocated and not used, but there are no more than
-// `most_pages` as long as their sides stay within `most_columns` slots. Both must be at least 1
+// For at least that many tile places. Pages are small, so that little is allocated and not used, but there are no more
+// than `most_pages` as long as their sides stay within `most_columns` tile places. Both must be at least 1
 // (std::invalid_argument).
 [[nodiscard]] PageLayout pages_for(std::uint32_t slots, std::uint32_t most_pages, std::uint32_t most_columns);
 
@@ -99,42 +99,43 @@ struct TiledView {
   StoredView view;
   std::vector<ShownCell> shown;
 };
-// As make_stored_view(), with shown_cells() of what comes of it, and their errors.
+// Like make_stored_view(), with shown_cells() of its result. Throws as both do.
 [[nodiscard]] TiledView make_tiled_view(std::string name, const Camera& camera, Photograph photograph,
                                         VisibilityBuffer visible, const Cells& cells, const TileOptions& layout,
                                         const ValidityOptions& options, std::vector<std::uint8_t> trust = {});
 
-// Where each tile of each view is in the texture array: the last step from a face to a texel. Tiles of the view in slot
-// v of the store are slots[first_tile[v]] up to slots[first_tile[v + 1]], row by row. Its functions take a table that
-// passes check(Snapshot) and a view and camera that belong to it; they do not look again.
+// The position of each tile of each view in the texture array: the last step from a face to a texel. Tiles of the view
+// in view slot v are slots[first_tile[v]] up to slots[first_tile[v + 1]], row by row. Its functions take a table that
+// passes check(Snapshot), and a view and camera that belong to it. They do not check again.
 struct TileTable {
   TileOptions options;
-  std::vector<std::uint32_t> first_tile;  // one more than the store has slots; empty: whole views
-  std::vector<std::uint32_t> slots;       // of the texture array, kNotResident: the tile is not there
+  std::vector<std::uint32_t> first_tile;  // one more than the store has view slots; empty: whole views
+  std::vector<std::uint32_t> slots;       // tile places in the texture array; kNotResident: the tile is not there
 
   [[nodiscard]] bool whole_views() const { return first_tile.empty(); }
-  // Whether the tile that holds an image position (pixels from the top left corner, inside the image) is resident.
+  // Returns whether the tile that holds an image position (pixels from the top left corner, inside the image) is
+  // resident.
   [[nodiscard]] bool resident(std::uint32_t view, const Camera& camera, double x, double y) const;
   // One value per pixel of a view: 1 where it is in a resident tile or its gutter.
   [[nodiscard]] std::vector<std::uint8_t> resident_pixels(std::uint32_t view, const Camera& camera) const;
   [[nodiscard]] bool has_resident_tile(std::uint32_t view) const;
   [[nodiscard]] std::uint32_t resident_tiles() const;
-  // Slots that a texture array must have, for each number in `slots` to be one of them.
+  // Tile places that a texture array must have, for each number in `slots` to be one of them.
   [[nodiscard]] std::uint32_t slots_needed() const;
 };
 
 struct ViewTile {
-  std::uint32_t view;  // slot of the store
+  std::uint32_t view;  // view slot
   std::uint32_t tile;
 };
 
-// Gives tiles their slots, and takes them away again, so that a tile that stays resident keeps its slot.
+// Gives tiles their tile places, and takes them away again, so that a tile that stays resident keeps its tile place.
 class TileSlots {
  public:
   // Throws std::invalid_argument unless the options pass check() and cut views into tiles.
   explicit TileSlots(const TileOptions& options);
 
-  // Makes those tiles resident and no others. `tiles_of_view` says how many each slot of the store has; a free slot has
+  // Makes those tiles resident and no others. `tiles_of_view` says how many each view slot has; a free one has
   // none. Throws std::logic_error, and changes nothing, for more tiles than max_tiles, or one that its view has not.
   void assign(std::span<const ViewTile> tiles, std::span<const std::uint32_t> tiles_of_view);
   [[nodiscard]] const TileTable& table() const { return table_; }
@@ -143,8 +144,8 @@ class TileSlots {
   void resize(std::span<const std::uint32_t> tiles_of_view);
 
   TileTable table_;
-  std::vector<std::uint32_t> free_;  // slots below used_ that hold nothing, the lowest last
-  std::uint32_t used_ = 0;           // slots that were ever given
+  std::vector<std::uint32_t> free_;  // tile places below used_ that are free, the lowest last
+  std::uint32_t used_ = 0;           // tile places that were ever used
 };
 
 }  // namespace lumatlas

@@ -65,8 +65,8 @@ std::vector<Platform> platforms() {
   return found;
 }
 
-// Whether a context can be told to report that the GPU was reset. Without that, what then happens is the driver's
-// choice.
+// Returns whether a context can be told to report a reset of the GPU. Without that, the driver chooses what happens
+// then.
 bool can_report_resets(EGLDisplay display) {
   return epoxy_egl_version(display) >= 15 || epoxy_has_egl_extension(display, "EGL_EXT_create_context_robustness");
 }
@@ -118,7 +118,7 @@ std::string gl_string(GLenum name) {
   return text ? reinterpret_cast<const char*>(text) : "unknown";
 }
 
-// What is current on a thread, whoever made it so.
+// The binding of a thread's current context, made by any code.
 struct Binding {
   EGLenum api = eglQueryAPI();
   EGLDisplay display = eglGetCurrentDisplay();
@@ -225,7 +225,7 @@ const std::string& EglContext::description() const {
 
 struct CurrentContext::Previous {
   Binding binding;
-  EGLDisplay display;  // of the context that is current meanwhile
+  EGLDisplay display;  // display of the context that is current meanwhile
 };
 
 CurrentContext::CurrentContext(const EglContext& context) {

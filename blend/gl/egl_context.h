@@ -58,7 +58,7 @@ class CurrentContext {
 // is not null (std::invalid_argument).
 void check_gl(const char* doing);
 
-// What check_gl() says of an error code of glGetError() other than GL_NO_ERROR.
+// Returns the sentence of check_gl() for an error code of glGetError() other than GL_NO_ERROR.
 [[nodiscard]] std::string gl_error_sentence(unsigned int code, const char* doing);
 
 }  // namespace lumatlas

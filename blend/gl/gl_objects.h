@@ -76,7 +76,7 @@ template <typename T>
   return make_buffer(std::as_bytes(std::span(values)));
 }
 
-// What make_buffer() allocates.
+// Returns the bytes that make_buffer() allocates.
 [[nodiscard]] constexpr std::uint64_t buffer_bytes(std::size_t bytes) {
   return bytes > 0 ? bytes : 16;
 }
@@ -86,15 +86,15 @@ template <typename T>
 }
 
 [[nodiscard]] GlTexture make_texture_2d(GLenum format, GLsizei width, GLsizei height);
-// Tables of any length are rows of so many entries of a texture, which every OpenGL ES 3.0 takes; shared with the
+// Tables of any length are rows of this many entries of a texture, which every OpenGL ES 3.0 takes. Shared with the
 // shaders.
 inline constexpr std::size_t kTableWidth = 2048;
 
 struct GlTableFormat {
-  GLenum internal;          // as GL_R32UI
-  GLenum format;            // as GL_RED_INTEGER
-  GLenum type;              // as GL_UNSIGNED_INT
-  std::size_t entry_bytes;  // of one
+  GLenum internal;          // such as GL_R32UI
+  GLenum format;            // such as GL_RED_INTEGER
+  GLenum type;              // such as GL_UNSIGNED_INT
+  std::size_t entry_bytes;  // bytes of one entry
 };
 
 inline constexpr GlTableFormat kNumbers{GL_R32UI, GL_RED_INTEGER, GL_UNSIGNED_INT, sizeof(std::uint32_t)};
@@ -113,7 +113,7 @@ inline constexpr GlTableFormat kVectors{GL_RGBA32F, GL_RGBA, GL_FLOAT, 4 * sizeo
 // are too small.
 [[nodiscard]] GlTexture make_table(const GlTableFormat& format, std::span<const std::byte> entries, const char* what);
 
-// Where there are several levels, a linear `filter` acts between them too.
+// A linear `filter` also interpolates between levels if there are several.
 [[nodiscard]] GlTexture make_texture_array(GLenum format, GLsizei width, GLsizei height, GLsizei layers, GLenum filter,
                                            GLsizei levels = 1);
 
@@ -122,7 +122,7 @@ inline constexpr GlTableFormat kVectors{GL_RGBA32F, GL_RGBA, GL_FLOAT, 4 * sizeo
 [[nodiscard]] GlFramebuffer make_framebuffer(std::initializer_list<const GlTexture*> colors, const GlTexture* z_buffer,
                                              bool with_stencil = false);
 
-// What the driver says for, say, GL_MAX_TEXTURE_SIZE.
+// Returns the driver's value for, say, GL_MAX_TEXTURE_SIZE.
 [[nodiscard]] GLint gl_limit(GLenum name);
 
 // Free GL memory, bytes, where the driver tells (NVIDIA, AMD); others allocate until the machine has no more.

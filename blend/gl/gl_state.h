@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Internal to blend/: what drawing here changes of the GL state of whoever owns the context.
+// Internal to blend/: saves and restores the GL state that drawing changes, in a context that another library may own.
 #pragma once
 
 #include <epoxy/gl.h>
@@ -11,7 +11,7 @@
 
 namespace lumatlas {
 
-// Where textures are bound to be made, so that this takes none away from the shaders.
+// Textures are bound to this unit while they are made, so that the shaders keep theirs.
 inline constexpr GLuint kSpareUnit = 15;
 
 // Takes note of the current context's state, sets what drawing and copying here expect, and puts everything back at the
@@ -52,7 +52,7 @@ class GlStateGuard {
   std::vector<Switch> switches_;
   std::vector<Value> pixel_stores_;
   std::vector<Unit> units_;
-  std::vector<GLboolean> blends_;        // by draw buffer
+  std::vector<GLboolean> blends_;        // one per draw buffer
   std::vector<ColorMask> color_masks_;   // likewise
   std::array<StencilFace, 2> stencils_;  // front, back
   GLboolean depth_mask_ = GL_TRUE;

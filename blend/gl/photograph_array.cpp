@@ -15,13 +15,13 @@ namespace lumatlas {
 
 namespace {
 
-constexpr std::size_t kBytesAtOnce = 64 << 20;  // of tiles that are made ready for the GPU
+constexpr std::size_t kBytesAtOnce = 64 << 20;  // tiles that are prepared for the GPU at once
 
 std::uint32_t round_up(std::uint32_t value, std::uint32_t unit) {
   return (value + unit - 1) / unit * unit;
 }
 
-// Of slots without a view, cameras of no size.
+// Returns cameras of no size for view slots without a view.
 std::vector<Camera> cameras_of(const Snapshot& snapshot) {
   std::vector<Camera> cameras(snapshot.views.size());
   for (std::size_t slot = 0; slot < cameras.size(); ++slot) {
@@ -61,8 +61,8 @@ bool suffices(const ArrayShape& there, const ArrayShape& needed) {
   return with_pages(needed, there.pages) == there && needed.pages <= there.pages && there.pages <= 2 * needed.pages;
 }
 
-// What a store that grows view by view gets in place of an array that has become too small: a quarter more, so that
-// what is copied for all its views together is a few times what they take.
+// Returns the shape that replaces an array that has become too small: a quarter more, so that all copies of a store
+// that grows view by view are a few times its size.
 ArrayShape grown(const ArrayShape& there, const ArrayShape& needed) {
   const std::uint32_t most = std::max(limits_of_driver().pages, needed.pages);
   return with_pages(needed, std::clamp(there.pages + there.pages / 4, needed.pages, most));

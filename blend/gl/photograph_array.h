@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Internal to blend/: the photographs of a snapshot on the GPU, as tiles in the slots of a texture array or, as the
-// baseline, one whole view per layer. Both are looked up in the same way: view -> tile -> slot -> texel.
+// Internal to blend/: the photographs of a snapshot on the GPU, as tiles in the tile places of a texture array or, as
+// the baseline, one whole view per layer. Both are looked up in the same way: view -> tile -> tile place -> texel.
 //
-// Colour (sRGB) with validity as alpha has coarser levels, within a slot as far as its gutter allows. Depth and rims
-// have none, and no gutter, because they are asked for at pixels and not between them: see atlas/depth_blocks.h.
+// Colour (sRGB) with validity as alpha has coarser levels, within a tile place as far as its gutter allows. Depth and
+// rims have none, and no gutter, because they are asked for at pixels and not between them: see atlas/depth_blocks.h.
 #pragma once
 
 #include <cstdint>
@@ -21,16 +21,16 @@
 
 namespace lumatlas {
 
-// Where the slots are in the pages of the array.
+// The layout of tile places in the pages of the array.
 struct ArrayShape {
   std::uint32_t slot_width = 0;   // texels, gutter included
   std::uint32_t slot_height = 0;  // texels, gutter included
-  std::uint32_t columns = 1;      // slots in a page
+  std::uint32_t columns = 1;      // tile places in a page
   std::uint32_t rows = 1;
   std::uint32_t pages = 1;
   std::uint32_t levels = 1;
   TexelFormat format = TexelFormat::rgb8;
-  // Blocks of depth in a slot.
+  // Blocks of depth in a tile place.
   std::uint32_t depth_columns = 0;
   std::uint32_t depth_rows = 0;
 
@@ -40,50 +40,50 @@ struct ArrayShape {
   [[nodiscard]] bool operator==(const ArrayShape&) const = default;
 };
 
-// What a driver takes at most; without other values, what OpenGL 4.5 promises.
+// The limits of a driver. The defaults are those that OpenGL 4.5 guarantees.
 struct ArrayLimits {
   std::uint32_t pages = 2048;
   std::uint32_t side = 16384;  // texels
 };
 
-// For at least so many slots of tiles; and of whole views, which are all as large as the largest. The options must pass
-// check().
+// Returns the shape of an array for at least `slots` tiles, or for whole views, which all take as much as the largest.
+// The options must pass check().
 [[nodiscard]] ArrayShape tiles_shape(std::uint32_t slots, const TileOptions& options, const ArrayLimits& limits);
 [[nodiscard]] ArrayShape layers_shape(std::span<const Camera> views, const TileOptions& options);
 
-// Whether the driver of the current context takes textures of the format.
+// Returns whether the driver of the current context takes textures of the format.
 [[nodiscard]] bool driver_takes(TexelFormat format);
 
-// Whether the driver of the current context draws in software, which looks into a block for each texel: from blocks
-// that takes three times as long.
+// Returns whether the driver of the current context draws in software. Such a driver decodes a block for each texel,
+// which takes three times as long.
 [[nodiscard]] bool draws_in_software();
 
-// The shape that a snapshot's array has; of bounded tiles, that of all its slots, whether they are used or not. Its
-// format is rgb8 without `blocks`, or where the driver does not take the snapshot's.
+// The shape that a snapshot's array has; of bounded tiles, that of all its tile places, whether they are used or not.
+// Its format is rgb8 without `blocks`, or where the driver does not take the snapshot's.
 [[nodiscard]] ArrayShape array_shape(const Snapshot& snapshot, bool blocks = true);
 
 class PhotographArray {
  public:
-  // Copies to the GPU what is not there yet from the snapshot before: a tile that stays as it was is not touched, and
-  // of one whose view was replaced, only what has other bytes: colours with validity, or depths. An array that becomes
-  // too small makes place for one with a quarter more pages, where the driver copies textures. Throws GlError if a
-  // limit of the driver is exceeded, naming the limit, the number and what to do; what was there is then gone. Where
+  // Copies the parts of the snapshot to the GPU that are not there yet. A tile that stays is not copied. For a tile
+  // whose view was replaced, only changed bytes are: colours with validity, or depths. An array that becomes too small
+  // is replaced by one with a quarter more pages, if the driver copies textures. Throws GlError if a limit of the
+  // driver is exceeded, naming the limit, the number and what to do; the former contents are then gone. If
   // array_shape() has another format than the snapshot, texels are compressed and decompressed again, so that pictures
   // are the same.
   void load(const Snapshot& snapshot, bool blocks = true);
 
-  // What shaders/photographs.glsl reads: the photographs, their depths in blocks, and by tile where it is.
+  // The textures that shaders/photographs.glsl reads: photographs, their depths in blocks, and the place of each tile.
   [[nodiscard]] const GlTexture& photographs() const { return photographs_; }
   [[nodiscard]] const GlTexture& depths() const { return depths_; }
   [[nodiscard]] const GlTexture& tile_slots() const { return tile_slots_; }
-  // Of a tile, pixels without the gutter.
+  // The size of a tile without the gutter, pixels.
   [[nodiscard]] glm::uvec2 tile_size() const { return {tile_width_, tile_height_}; }
   [[nodiscard]] std::uint32_t gutter() const { return gutter_; }
   [[nodiscard]] const ArrayShape& shape() const { return shape_; }
   // The number of a view's first tile in the table of tiles, and how many columns of tiles it has.
   [[nodiscard]] std::uint32_t first_tile(std::uint32_t view) const { return first_tile_[view]; }
   [[nodiscard]] std::uint32_t columns_of(const StoredView& view) const;
-  // What a view's stored depths are shares of: a power of two near its median depth.
+  // The unit of a view's stored depths: a power of two near its median depth.
   [[nodiscard]] float depth_scale(std::uint32_t view) const { return scaled_[view].scale; }
   // Slots of which the last load() copied colours or depths.
   [[nodiscard]] std::uint32_t uploaded_slots() const { return uploaded_; }
@@ -92,7 +92,7 @@ class PhotographArray {
   [[nodiscard]] std::uint64_t depth_bytes() const { return depth_bytes_; }
 
  private:
-  // What a slot holds. The view may be gone from memory.
+  // The contents of a tile place. The view may be gone from memory.
   struct Held {
     std::weak_ptr<const StoredView> view;
     std::uint32_t tile = 0;
@@ -106,7 +106,7 @@ class PhotographArray {
   void allocate(const ArrayShape& shape);
   [[nodiscard]] bool grow(const ArrayShape& needed);
   void measure_depths(const Snapshot& snapshot);
-  // A tile for a slot, and what is copied there. Levels or depths that the slot holds already are empty.
+  // A tile for a tile place, and what is copied there. Levels or depths that the tile place holds already are empty.
   struct Upload {
     std::uint32_t slot, view, tile;
     std::uint64_t color_digest = 0, depth_digest = 0;
@@ -121,9 +121,9 @@ class PhotographArray {
   ArrayShape shape_;
   TexelFormat stored_format_ = TexelFormat::rgb8;  // the snapshot's, whatever the driver takes
   std::uint32_t tile_width_ = 0, tile_height_ = 0, gutter_ = 0;
-  std::vector<std::uint32_t> first_tile_;  // by view
-  std::vector<Held> held_;                 // by slot
-  std::vector<Scaled> scaled_;             // by view
+  std::vector<std::uint32_t> first_tile_;  // one per view
+  std::vector<Held> held_;                 // one per tile place
+  std::vector<Scaled> scaled_;             // one per view
   std::uint32_t uploaded_ = 0;
   std::uint64_t color_bytes_ = 0, depth_bytes_ = 0;
   GlTexture photographs_, depths_, tile_slots_;

@@ -28,7 +28,7 @@ std::string definition(std::string_view name, const std::string& value) {
   return "#define " + std::string(name) + " " + value + "\n";
 }
 
-// As GLSL reads a float, whatever the host's locale writes.
+// Returns the number as GLSL reads a float, whatever the host's locale writes.
 std::string constant(double value) {
   return number_text(value, 7);
 }

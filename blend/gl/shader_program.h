@@ -12,19 +12,19 @@
 namespace lumatlas {
 
 enum class Pass : std::uint8_t {
-  surface,      // what is visible
+  surface,      // the visible surface
   silhouettes,  // which pixels get samples
-  blend,        // of the middles of pixels
-  samples,      // of the means over samples
+  blend,        // colours at the middles of pixels
+  samples,      // means over samples
   diagnose,
   present,  // into the caller's framebuffer
 };
 
-// What is compiled in. The passes that do not ask for it have 0 and false.
+// The settings that are compiled in. Passes that do not use one have 0 or false there.
 struct ProgramKey {
   Pass pass;
   std::uint32_t views = 0;  // K
-  std::uint32_t cells = 0;  // of a zone: 1, 2 or 4
+  std::uint32_t cells = 0;  // cells that fade in a zone: 1, 2 or 4
   bool linear = false;      // linear light in place of sRGB
   bool cubic = false;       // some level of the photographs is sampled so
 
@@ -32,17 +32,17 @@ struct ProgramKey {
   [[nodiscard]] auto operator<=>(const ProgramKey&) const = default;  // NOLINT(modernize-use-nullptr)
 };
 
-// Where the shaders' samplers are bound, by the names that they have there.
+// The texture units of the shaders' samplers, named as there.
 enum class TextureUnit : std::uint8_t { photographs, depths, surfaces, zones, cells, references, views, tile_slots };
 
 // `#define` lines of the numbers that the shaders have in common with C++, the same for every pass.
 [[nodiscard]] std::string shared_definitions();
 
-// Whether a position can say how deep it lies, so that what is behind is left out before it is shaded. Desktop OpenGL
-// has it; what OpenGL ES writes instead is gl_FragDepth.
+// Returns whether a position can set its own depth, so that hidden fragments are discarded before they are shaded.
+// Desktop OpenGL can; OpenGL ES writes gl_FragDepth instead.
 [[nodiscard]] bool has_clip_control();
 
-inline constexpr GLuint kPictureBinding = 0;  // of the uniform block of shaders/picture.glsl
+inline constexpr GLuint kPictureBinding = 0;  // the uniform block of shaders/picture.glsl
 
 class ShaderPrograms {
  public:

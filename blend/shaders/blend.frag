@@ -1,8 +1,8 @@
 #version 300 es
-// Second pass: each visible pixel is the mean of the BLENDED_VIEWS best valid views that its cells refer to.
-// Erat et al. 2019, section 3.1; the same formula as blend/reference.cpp. CELLS is how many cells of a zone are looked
-// at, 1, 2 or 4. A view that several of them refer to is looked at once, and only views that count are asked for colour.
-// In the variant SAMPLES a pixel is the mean over its samples; where none sees the surface, it stays what it was.
+// Second pass: each visible pixel is the mean of the BLENDED_VIEWS best valid views that its cells refer to. Erat et
+// al. 2019, section 3.1; the same formula as blend/reference.cpp. CELLS is how many cells of a zone are looked at, 1, 2
+// or 4. A view that several of them refer to is looked at once, and only views that count are asked for colour. In the
+// variant SAMPLES a pixel is the mean over its samples; where none sees the surface, it stays what it was.
 
 #include "picture.glsl"
 #include "surface_texel.glsl"
@@ -26,7 +26,7 @@ layout(location = 0) out vec4 picture;
 const float kUnseen = 1.0, kUntextured = 2.0, kTextured = 3.0;  // PixelState
 const int kRanks = BLENDED_VIEWS + 1;
 
-// By cell and rank, best first. Indices are known when it is compiled, so that these are registers.
+// The best views of each cell by rank, best first. Indices are known when it is compiled, so that these are registers.
 float best[CELLS * (BLENDED_VIEWS + 1)];
 uint view_of[CELLS * (BLENDED_VIEWS + 1)];
 float counts[CELLS * BLENDED_VIEWS];
@@ -69,8 +69,8 @@ void rank_view(uint view, float weight, uint of_cells) {
   }
 }
 
-// Whether a view may be among the best of the cells that refer to it. Validity and the photograph's border can only
-// lower its weight.
+// Returns whether a view may be among the best of the cells that refer to it. Validity and the photograph's border can
+// only lower its weight.
 bool may_win(uint reference, uint of_cells, vec3 world, vec3 to_novel, float o) {
   uint among = cells_of(reference) & of_cells;
   if (among == 0u || sampling.w == 0) return among != 0u;
@@ -106,7 +106,7 @@ void find_views(uvec2 range, uint of_cells, vec3 world, float z) {
   } while (next < range.y);
 }
 
-// What each of them counts in the pixel; gives the sum, 0 where no view is valid.
+// Sets the share of each view in the pixel; returns the sum, 0 if no view is valid.
 float count_views(vec4 shares) {
   float total = 0.0;
   for (int cell = 0; cell < CELLS; ++cell) {
@@ -116,7 +116,7 @@ float count_views(vec4 shares) {
     float sum = 0.0;
     for (int rank = 0; rank < BLENDED_VIEWS; ++rank) sum += share_of(best[cell * kRanks + rank], last);
     for (int rank = 0; rank < BLENDED_VIEWS; ++rank) {
-      // Where all weigh the same, nothing is left above the last: the best one stands for them.
+      // If all weigh the same, nothing is left above the last: the best one stands for them.
       float of_cell = sum > 0.0 ? share_of(best[cell * kRanks + rank], last) / sum : rank == 0 ? 1.0 : 0.0;
       counts[cell * BLENDED_VIEWS + rank] = share * of_cell;
     }
@@ -169,7 +169,7 @@ bool blend_views(uvec2 range, vec4 shares, vec3 world, float z, float deviation,
   return true;
 }
 
-// Where the surface is seen, its colour in the picture's exposure, and PixelState.
+// Returns the surface's colour in the picture's exposure, and PixelState, for a pixel that shows it.
 vec4 shade(Surface surface, vec2 image) {
   vec3 world = world_from_pixel(image, surface.z);
   uvec4 zone = entry(zones, surface.zone);

@@ -1,6 +1,6 @@
 #version 300 es
-// What a pixel's own cell makes of it, as blend/diagnosis.h has it, in the place of blend.frag, which leaves out views
-// that cannot win; here each is looked at.
+// Writes the views and weights of a pixel's own cell, see blend/diagnosis.h. It takes the place of blend.frag, which
+// leaves out views that cannot win; here each is looked at.
 
 #include "picture.glsl"
 #include "surface_texel.glsl"

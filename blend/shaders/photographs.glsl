@@ -1,10 +1,10 @@
-// What stored views show of a point of the surface.
+// Samples the photographs of stored views at a point of the surface.
 
 uniform sampler2DArray photographs;  // sRGB colour, linear once read; alpha: validity
 uniform usampler2DArray depths;      // blocks of them, see atlas/depth_blocks.h
 
-// Where the texture array has a place of a view's image: texels, page; and the pixel where no gutters count. False:
-// that tile is not resident.
+// Finds the place of a view's image point in the texture array: texels, page; and the pixel where no gutters count.
+// Returns false if that tile is not resident.
 bool locate(vec4 size, vec2 image, out vec3 texel, out ivec3 pixel) {
   uvec2 tile_size = uvec2(tiles.xy);
   uvec2 tile = uvec2(image) / tile_size;
@@ -42,7 +42,8 @@ float reciprocal_at(ivec3 pixel, out bool rim) {
   return middle * (1.0 + MOST_DEPTH_SLOPE * dot(slope, place));
 }
 
-// Where in a stored view's image a point is that lies `away` from its centre, and how deep; false: behind it.
+// Finds the image point and depth, in a stored view, of a point that lies `away` from its centre. Returns false if it
+// is behind the view.
 bool image_in(uint view, vec3 away, out vec2 image, out float depth) {
   vec4 x = view_texel(view, 0u);
   vec4 y = view_texel(view, 1u);
@@ -51,7 +52,7 @@ bool image_in(uint view, vec3 away, out vec2 image, out float depth) {
   return depth > 0.0;
 }
 
-// Of a photograph's levels, by how many of its pixels a sample of the picture covers.
+// Returns the level of a photograph, given how many of its pixels a sample of the picture covers.
 float level_of(float footprint) {
   if (sampling.z == 0) return 0.0;
   return clamp(log2(max(footprint / SHARP_FOOTPRINT, 1.0)), 0.0, float(sampling.y - 1));
@@ -84,9 +85,9 @@ float frame_share(vec2 image, vec2 size, float depth) {
   return share.x * share.y;
 }
 
-// Whether a stored view shows a point that lies `away` from its centre, in [0, 1], without the factors at rims and in
-// the band along the photograph's border; its depths are shares of `depth_scale`. Where that is above 0, `rim` says
-// whether the point is at one, and `frame` what share is left of the photograph.
+// Returns in [0, 1] whether a stored view shows a point that lies `away` from its centre, without the factors at rims
+// and in the band along the photograph's border. Its depths are shares of `depth_scale`. If the result is above 0,
+// `rim` says whether the point is at a rim, and `frame` which share is left of the photograph.
 float validity(uint view, vec3 away, float z, float depth_scale, out bool rim, out float frame) {
   vec2 image;
   float depth;
@@ -104,7 +105,7 @@ float validity(uint view, vec3 away, float z, float depth_scale, out bool rim, o
   return textureLod(photographs, vec3(texel.xy / vec2(textureSize(photographs, 0).xy), texel.z), level).a;
 }
 
-// What four pixels in a row count, as cubic_kernel.h has it.
+// Returns the weights of four pixels in a row, see cubic_kernel.h.
 vec4 cubic_shares(float f, float width) {
   float g = 1.0 - f;
   vec4 sharp = vec4(-f * g * g, f * f * (3.0 * f - 5.0) + 2.0, g * g * (3.0 * g - 5.0) + 2.0, -g * f * f) / 2.0;
@@ -151,7 +152,7 @@ vec3 color_of_level(vec2 size, vec2 image, vec3 texel, int level, float footprin
   return max(sum, vec3(0.0));  // beside bright detail it may fall below
 }
 
-// What a colour of a photograph with this gain is multiplied with: see blend/exposure.h.
+// Returns the factor for a colour of a photograph with this gain: see blend/exposure.h.
 vec3 shown_gain(vec3 gain, vec3 color) {
   return mix(gain, max(gain, 1.0 / exposure.rgb), smoothstep(CLIPPED_FROM, 1.0, color));
 }

@@ -1,5 +1,5 @@
-// What all passes of a picture know of it. Every shader of a picture is GLSL ES 3.00, for OpenGL ES 3.0, WebGL 2 and
-// desktop OpenGL alike. Mirrored by PictureBlock in renderer.cpp.
+// The values of a picture that all its passes use. Every shader of a picture is GLSL ES 3.00, for OpenGL ES 3.0, WebGL
+// 2 and desktop OpenGL alike. Mirrored by PictureBlock in renderer.cpp.
 precision highp float;
 precision highp int;
 precision highp sampler2D;
@@ -11,7 +11,7 @@ layout(std140) uniform Picture {
   vec4 cam_from_world[3];  // rows: rotation, translation
   vec4 intrinsics;         // fx, fy, cx, cy in pixels
   vec4 clip_from_cam;      // scale x, scale y, shift x, shift y, of x / z and y / z
-  vec4 center;             // of the camera in the world; height of the picture in pixels
+  vec4 center;             // the camera's in the world; height of the picture in pixels
   vec4 exposure;           // linear light of the model times this is shown; depth of the nearest surface drawn
   vec4 weights;            // lambda; 1 + occlusion tolerance; frame fade; depth before the far sphere
   ivec4 departures;        // 1 or 0: printed position, rims, fade last, consistent

@@ -1,12 +1,12 @@
 #version 300 es
-// A picture that is drawn, into somebody else's framebuffer: sRGB values as they are. Where no surface is, what is there
-// stays.
+// Copies a drawn picture into a framebuffer that the caller owns: sRGB values unchanged. Pixels without a surface keep
+// their value.
 
 precision highp float;
 precision highp sampler2D;
 
 uniform sampler2D shown;  // alpha: PixelState / 255
-uniform ivec2 corner;     // of the picture in the framebuffer, lower left
+uniform ivec2 corner;     // lower left corner of the picture in the framebuffer
 
 layout(location = 0) out vec4 color;
 

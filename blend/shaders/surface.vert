@@ -5,7 +5,7 @@
 
 layout(location = 0) in vec3 position;  // world
 layout(location = 1) in vec3 srgb;      // the vertex's colour
-layout(location = 2) in vec3 shares;    // of the zone's first three cells
+layout(location = 2) in vec3 shares;    // shares of the zone's first three cells
 layout(location = 3) in uint zone;      // the same at all corners of a face
 
 out vec3 linear_color;

@@ -1,9 +1,9 @@
-// What the first pass leaves of the visible surface at a pixel, in one texel of GL_RGBA32UI, which every OpenGL ES 3.0
-// can draw to: zone, z, shares of the zone's first three cells, fallback colour.
+// The output of the first pass for the visible surface at a pixel, in one texel of GL_RGBA32UI, which every OpenGL ES
+// 3.0 can draw to: zone, z, shares of the zone's first three cells, fallback colour.
 struct Surface {
   uint zone;      // kNothing: no surface
   float z;        // in the camera frame
-  vec4 shares;    // of the zone's cells
+  vec4 shares;    // shares of the zone's cells
   vec3 fallback;  // the vertices' colour, linear
 };
 

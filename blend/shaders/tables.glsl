@@ -1,10 +1,10 @@
 // Tables of the model in textures, read by number: OpenGL ES 3.0 has no storage buffers.
 
-uniform usampler2D zones;       // by zone: its references, from and to; the faces' cell; its deviation, see zone_mesh.h
-uniform usampler2D cells;       // by cell: its references, from and to; 1 if an offered view saw it
+uniform usampler2D zones;       // for each zone its references, from and to; the faces' cell; its deviation, see zone_mesh.h
+uniform usampler2D cells;       // for each cell its references, from and to; 1 if an offered view saw it
 uniform usampler2D references;  // slot of a view, and in the highest 4 bits which cells of the zone refer to it
-uniform sampler2D views;        // by slot, VIEW_TEXELS each
-uniform usampler2D tile_slots;  // by tile: where it is in the array
+uniform sampler2D views;        // VIEW_TEXELS for each view slot
+uniform usampler2D tile_slots;  // for each tile its place in the array
 
 ivec2 place_of(uint number) {
   return ivec2(int(number) & (TABLE_WIDTH - 1), int(number) / TABLE_WIDTH);
@@ -14,7 +14,7 @@ uvec4 entry(usampler2D table, uint number) {
   return texelFetch(table, place_of(number), 0);
 }
 
-// What a reference is made of: the slot of a view, and the cells of the zone that refer to it, a bit for each.
+// A reference has the slot of a view, and a bit for each cell of the zone that refers to it.
 uint slot_of(uint reference) {
   return reference & 0x0FFFFFFFu;
 }
@@ -28,9 +28,9 @@ float deviation_of(uvec4 zone) {
   return uintBitsToFloat(zone.w << 16);
 }
 
-// Of a stored view. 0 and 1: direction whose product with a point seen from its centre is fx x and fy y, with cx and cy;
-// 2: the direction that it looks in, fx; 3: its centre in the world, what its depths are shares of; 4: width and height
-// in pixels, number of its first tile, how many are in a row; 5: gain of R G B.
+// Returns a texel of a stored view. 0 and 1: direction whose product with a point seen from its centre is fx x and fy
+// y, with cx and cy; 2: the direction that it looks in, fx; 3: its centre in the world, the unit of its depths; 4:
+// width and height in pixels, number of its first tile, tiles in a row; 5: gain of R G B.
 vec4 view_texel(uint view, uint part) {
   return texelFetch(views, place_of(view * uint(VIEW_TEXELS) + part), 0);
 }

@@ -2,7 +2,7 @@
 
 flat in uint first_face;
 
-layout(location = 0) out uint face;    // by its place in the index buffer
+layout(location = 0) out uint face;    // its number in the index buffer
 layout(location = 1) out float depth;  // z in the camera frame
 
 void main() {

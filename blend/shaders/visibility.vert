@@ -2,9 +2,9 @@
 // Which face is visible at each pixel, and how deep it lies. The image's first row is its top.
 
 layout(location = 0) in vec3 position;     // world
-layout(location = 1) in uint first_index;  // of the run of faces that is drawn, three a face
+layout(location = 1) in uint first_index;  // the run of faces that is drawn, three indices a face
 
-uniform vec3 center;             // of the camera in the world
+uniform vec3 center;             // the camera's in the world
 uniform mat3 cam_from_world;     // rotation
 uniform vec4 clip_from_cam;      // scale x, scale y, shift x, shift y, of x / z and y / z
 uniform float near_depth;

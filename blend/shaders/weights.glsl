@@ -5,7 +5,7 @@
 float geometric_weight(vec3 to_novel, float o, vec3 to_stored) {
   float i = length(to_stored);
   if (!(o > 0.0 && i > 0.0)) return 0.0;
-  // What is missing to 1 is summed up, which is exact where it is small: 1 minus the cosine is half the square of the
+  // The sum of what each cosine lacks to 1 is exact where it is small: 1 minus the cosine is half the square of the
   // distance between the two directions' unit vectors.
   vec3 apart = to_novel / o - to_stored / i;
   float lacks_dir = min(1.0, 0.5 * dot(apart, apart));
@@ -13,7 +13,7 @@ float geometric_weight(vec3 to_novel, float o, vec3 to_stored) {
   return 1.0 - (weights.x * lacks_dir + (1.0 - weights.x) * lacks_pos);
 }
 
-// By what the weight counts at a rim of what the stored view sees.
+// Returns the factor of the weight at a rim of the surface that the stored view sees.
 float rim_share(vec3 to_novel, float o, vec3 to_stored) {
   float i = length(to_stored);
   if (departures.y == 0 || !(o > 0.0 && i > 0.0)) return 0.0;
@@ -33,8 +33,8 @@ float per_penalty(float value, float weight) {
   return departures.w != 0 ? value / max(1.0 - weight, LEAST_PENALTY) : value;
 }
 
-// What a view of this weight counts in a pixel, up to a factor that all views have in common; `next_weight` is that of
-// the best view that is left out.
+// Returns the share of a view with this weight in a pixel, up to a factor that all views have in common. `next_weight`
+// is that of the best view that is left out.
 float share_of(float weight, float next_weight) {
   if (!(weight > 0.0)) return 0.0;
   return per_penalty(weight - (departures.z != 0 ? next_weight : 0.0), weight);

@@ -20,7 +20,7 @@ struct FaceRun {
 // The mesh's faces in another order, in which those of a cell are neighbours.
 class CellRuns {
  public:
-  // Throws std::invalid_argument if `cells` are not those of a mesh with so many faces.
+  // Throws std::invalid_argument if `cells` are not those of a mesh with `faces` faces.
   CellRuns(const Cells& cells, std::size_t faces);
 
   // The mesh's number of each face, in this order; cells in theirs, and the mesh's order within a cell.

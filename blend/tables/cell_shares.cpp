@@ -71,7 +71,7 @@ struct Share {
   std::uint32_t cell;
   double share;  // (0, 1]
 };
-using VertexShares = std::vector<std::vector<Share>>;  // by vertex, cells ascending
+using VertexShares = std::vector<std::vector<Share>>;  // one per vertex, cells ascending
 
 // Counts the steps of several threads. Whether the limit is exceeded does not depend on the order of the threads.
 class StepLimit {
@@ -149,7 +149,8 @@ constexpr std::uint64_t kMostCellsPerVertex = 64;
 // How many of the cells that are nearest to a vertex share it then. It is more than a zone holds.
 constexpr std::size_t kNearestCells = 2 * kCellsPerZone;
 
-// By cell, the vertices that have a share of it. None if a vertex has more than kMostCellsPerVertex cells on average.
+// Returns for each cell the vertices that have a share of it. None if a vertex has more than kMostCellsPerVertex cells
+// on average.
 std::optional<std::vector<std::vector<Reached>>> vertices_of_cells(const Surface& surface,
                                                                    const Rows<std::uint32_t>& neighbors, double width) {
   const Rows<std::uint32_t> faces = faces_of_cells(surface.cells);
@@ -241,7 +242,7 @@ std::map<std::uint32_t, double> cells_at_face(const glm::uvec3& face, const Vert
   return cells;
 }
 
-// By place, so that neither faces nor cells need to be numbered in a certain order.
+// Compares by position, so that neither faces nor cells need a certain order.
 bool comes_before(const glm::dvec3& a, const glm::dvec3& b) {
   return std::tie(a.x, a.y, a.z) < std::tie(b.x, b.y, b.z);
 }
@@ -312,7 +313,7 @@ glm::vec4 in_order_of(const CellShares::Zone& zone, const std::vector<Share>& sh
   return ordered;
 }
 
-// Where the cells of one zone are in another, whose cells stand for them.
+// A zone and the zone whose cells stand for its own, with their positions there.
 struct JoinedZone {
   CellShares::Zone zone{kNoCell, kNoCell, kNoCell, kNoCell};
   std::array<int, kCellsPerZone> place{};

@@ -35,10 +35,9 @@ struct CellShares {
   std::vector<std::array<glm::vec4, 3>> corners;  // per face and corner, the shares of its zone's cells; sum 1
 };
 
-// `width` is in scene units, finite and >= 0 (std::invalid_argument otherwise). 0: every face is its own cell's. Where
-// the width is so large beside the cells that more than 64 of them share a vertex on average, only the 8 nearest cells
-// of each vertex share it, so that time and memory grow with the faces and not with the width. The same bytes for the
-// same input.
+// `width` is in scene units, finite and >= 0 (std::invalid_argument otherwise). 0: every face is its own cell's. If the
+// width is so large that more than 64 cells share a vertex on average, only the 8 nearest cells of each vertex share
+// it. Time and memory then grow with the faces, not with the width. The same bytes for the same input.
 [[nodiscard]] CellShares share_cells(const Surface& surface, double width);
 
 // For each cell, the first one that refers to the same views, in whatever order: both make the same of every place.

@@ -35,7 +35,7 @@ Tile with_neighbours(const Tile& tile, const Camera& whole) {
   return larger;
 }
 
-// That the driver takes, with their neighbours and so many samples across a pixel.
+// Returns tiles that the driver takes, with their neighbours and `samples_across` samples across a pixel.
 std::vector<Tile> drawable_tiles(const Camera& camera, std::uint32_t side, std::uint32_t samples_across) {
   const std::uint32_t most = std::min(static_cast<std::uint32_t>(gl_limit(GL_MAX_TEXTURE_SIZE)), 2 * kTileSide + 4);
   return tiles_of(camera, std::min(side, most / samples_across - 2));

@@ -21,7 +21,7 @@ inline constexpr std::uint64_t kMostPicturePixels = std::uint64_t{1} << 30;
 void check_picture_size(const Camera& camera);
 
 struct Tile {
-  std::uint32_t left = 0, top = 0;  // of its first pixel in the whole image
+  std::uint32_t left = 0, top = 0;  // the tile's first pixel in the whole image
   Camera camera;
 };
 
@@ -29,10 +29,10 @@ struct Tile {
 // bad camera or a picture of more than kMostPicturePixels.
 [[nodiscard]] std::vector<Tile> tiles_of(const Camera& camera, std::uint32_t side);
 
-// What the renderer's functions of these names give, of pictures of any size that a camera may have; in one piece where
-// `side`, and the driver's texture size, allow that. Rounding differs from tile to tile as from one camera to another:
-// by a level here and there, and by a pixel at silhouettes. Throw as those functions do, and std::invalid_argument for
-// a side of 0.
+// Like the renderer's functions of these names, for pictures of any size that a camera may have; drawn in one piece
+// where `side` and the driver's texture size allow it. Rounding differs from tile to tile as from one camera to
+// another: by one level at some pixels, and by a pixel at silhouettes. Throw as those functions do, and
+// std::invalid_argument for a side of 0.
 [[nodiscard]] Rendering render_tiled(Renderer& renderer, const Camera& camera, const BlendOptions& options,
                                      std::uint32_t side = kTileSide);
 [[nodiscard]] LinearRendering render_linear_tiled(Renderer& renderer, const Camera& camera, const BlendOptions& options,

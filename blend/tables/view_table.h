@@ -11,11 +11,11 @@
 
 namespace lumatlas {
 
-// Of each view; shared with the shaders.
+// Texels of each view; shared with the shaders.
 inline constexpr std::uint32_t kViewTexels = 6;
 
-// As shaders/tables.glsl has it, by slot. Of slots without a view zeros. Throws GlError for more tiles than a float
-// counts.
+// Returns the table that shaders/tables.glsl reads, by view slot. Slots without a view have zeros. Throws GlError for
+// more tiles than a float counts.
 [[nodiscard]] std::vector<glm::vec4> view_table(const Snapshot& snapshot, const PhotographArray& photographs);
 
 }  // namespace lumatlas

@@ -21,7 +21,7 @@ bool of_one_cell(const CellShares::Zone& cells) {
   return cells[1] == kNoCell;
 }
 
-// The first in kCellsOfShader that is for so many cells.
+// Returns the first shader in kCellsOfShader that takes that many cells.
 std::size_t shader_of(const CellShares::Zone& cells) {
   const auto count = static_cast<std::size_t>(std::find(cells.begin(), cells.end(), kNoCell) - cells.begin());
   std::size_t shader = 0;

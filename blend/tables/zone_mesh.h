@@ -17,13 +17,13 @@
 
 namespace lumatlas {
 
-// The shader is compiled for so many cells of a zone at most, because one for fewer is shorter.
+// The shader is compiled for zones of at most this many cells each, because one for fewer cells is shorter.
 inline constexpr std::array<std::uint32_t, 3> kCellsOfShader{1, 2, 4};
 
 // All that references are listed by.
 struct ZoneCells {
-  std::vector<std::uint32_t> cell;         // by zone, the one that its faces are of
-  std::vector<std::uint32_t> combination;  // by zone, which of these its faces fade between
+  std::vector<std::uint32_t> cell;         // one per zone: the cell of its faces
+  std::vector<std::uint32_t> combination;  // one per zone: the combination of cells that its faces fade between
   std::vector<CellShares::Zone> combinations;
 };
 
@@ -32,10 +32,10 @@ struct ZoneCells {
 struct ZoneMesh {
   std::vector<glm::vec3> positions;
   std::vector<glm::u8vec3> colors;
-  std::vector<std::uint32_t> sources;  // of each vertex, that of the mesh which it is a copy of
+  std::vector<std::uint32_t> sources;  // for each vertex, the vertex of the mesh that it copies
   std::vector<glm::u16vec4> shares;    // 65535 is 1
-  std::vector<std::uint32_t> zones;    // of each vertex
-  std::vector<glm::uvec3> faces;       // by how many cells they have: kCellsOfShader
+  std::vector<std::uint32_t> zones;    // one per vertex
+  std::vector<glm::uvec3> faces;       // sorted by how many cells they have: kCellsOfShader
   std::array<std::size_t, kCellsOfShader.size()> face_counts{};
   ZoneCells zone_cells;
 };
@@ -44,18 +44,18 @@ struct ZoneMesh {
 [[nodiscard]] ZoneMesh zone_mesh(const Mesh& mesh, const std::vector<glm::u8vec3>& colors,
                                  const std::vector<std::uint32_t>& cell_of_face, const CellShares& shares);
 
-// What shaders/tables.glsl reads.
+// The tables that shaders/tables.glsl reads.
 struct ZoneReferences {
   std::vector<glm::uvec4> zones;          // references from and to, the faces' cell, deviation_bits() of that
   std::vector<glm::uvec4> cells;          // references from and to, 1 if an offered view saw it, 0
-  std::vector<std::uint32_t> references;  // slot; from bit 28 on, which of the zone's cells refer to it
+  std::vector<std::uint32_t> references;  // view slot; from bit 28 on, which of the zone's cells refer to it
 };
 
 // A deviation (Snapshot::cell_deviation) as shaders read it: the upper half of its bits. It loses 1 in 128 at most.
 [[nodiscard]] std::uint32_t deviation_bits(float deviation);
 
 // Views that several cells of a zone refer to are listed once for it. `cell_seen` and `cell_deviation` as in Snapshot.
-// Throws GlError for more than 2^28 slots.
+// Throws GlError for more than 2^28 view slots.
 [[nodiscard]] ZoneReferences zone_references(const ZoneCells& zones, const ReferenceTable& references,
                                              const std::vector<std::uint8_t>& cell_seen,
                                              const std::vector<float>& cell_deviation);

@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What a program does with memory that it has freed.
+// How a program returns freed memory to the system.
 #pragma once
 
 #include <malloc.h>
 
 namespace lumatlas {
 
-// For the start of main(). Photographs and what is made of them come and go with every view, some megabytes each. What
-// the allocator gives back to the system has to be mapped anew, page by page, when the next one comes: a tenth of the
-// time of a build, where photographs have two megapixels. So it keeps what is freed: pieces of up to 32 MiB, glibc's
-// limit, until 256 MiB lie free.
+// Call it at the start of main(). Photographs and their derived data come and go with every view, some megabytes each.
+// Memory that the allocator gives back to the system must be mapped anew, page by page, for the next view, which takes
+// a tenth of a build's time with photographs of two megapixels. So the allocator keeps freed pieces of up to 32 MiB,
+// glibc's limit, until 256 MiB lie free.
 inline void keep_freed_memory() {
   mallopt(M_MMAP_THRESHOLD, 32 << 20);
   mallopt(M_TRIM_THRESHOLD, 256 << 20);

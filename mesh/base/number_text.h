@@ -21,7 +21,7 @@ template <std::floating_point Number>
   return std::string(text, end.ptr);
 }
 
-// With so many digits behind the point: "0.984808" for 6.
+// Returns the number with `decimals` digits behind the point: "0.984808" for 6.
 template <std::floating_point Number>
 [[nodiscard]] std::string number_text(Number number, int decimals) {
   char text[512];  // the largest double has 309 digits before the point

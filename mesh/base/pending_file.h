@@ -10,8 +10,8 @@
 
 namespace lumatlas {
 
-// Whether commit() waits until the disk has the file. Files that come by the thousand leave that to whoever puts the
-// folder around them in place.
+// Selects whether commit() waits until the file is on disk. Thousands of files in one folder can leave the waiting to
+// the code that puts their folder in place.
 enum class Durability { on_disk, left_to_folder };
 
 // Write to path(), then commit(). Without commit() nothing is left behind and the target is as it was.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What check() of every options struct throws, and every function that checks what it is given.
+// The exception that check() of every options struct throws, and every function that checks its arguments.
 #pragma once
 
 #include <cstddef>
@@ -19,7 +19,7 @@ struct Requirement {
     throw std::invalid_argument(std::string(options) + ": " + field + " is " + number_text(value) + ", must be " +
                                 rule);
   }
-  // An index of one of so many things.
+  // Requires an index below `count`.
   void is_below(std::size_t index, std::size_t count, const char* field, const char* count_of) const {
     if (index < count) return;
     throw std::invalid_argument(std::string(options) + ": " + field + " is " + std::to_string(index) +

@@ -140,7 +140,7 @@ TemporaryEntry::~TemporaryEntry() {
 }
 
 void TemporaryEntry::remove() {
-  std::error_code ignored;  // a destructor has nobody to tell; the next run tries again
+  std::error_code ignored;  // a destructor cannot report it; the next run tries again
   fs::remove_all(path_, ignored);
 }
 

@@ -13,9 +13,9 @@ namespace lumatlas {
 // ".lumatlas-", 128 random bits of the system as 32 hexadecimal digits, and `ending`.
 [[nodiscard]] std::string random_temporary_name(const std::string& ending = "");
 
-// An empty file or folder that nobody else has. Removed with its contents by the destructor, and by
-// remove_temporary_entries(). Its lock (flock) goes with the process, however that ends, and tells
-// remove_leftovers() of later processes that nobody writes there any more.
+// A new empty file or folder that no other process uses. The destructor and remove_temporary_entries() remove it with
+// its contents. Its lock (flock) ends with the process, however that ends, and tells remove_leftovers() of later
+// processes that it is abandoned.
 class TemporaryEntry {
  public:
   enum class Kind { file, folder };
@@ -29,7 +29,7 @@ class TemporaryEntry {
   TemporaryEntry& operator=(const TemporaryEntry&) = delete;
 
   [[nodiscard]] const std::filesystem::path& path() const { return path_; }
-  // What is at path() is no longer temporary, or no longer there: nothing removes it any more. Call it, like every
+  // Makes the entry permanent, or gives up one that was moved away: nothing removes it any more. Call it, like every
   // rename from or to path(), while removal_paused() is held.
   void release();
 
@@ -49,9 +49,9 @@ class TemporaryEntry {
 // thread make another one: threads that try wait for ever. From any thread, never throws.
 void remove_temporary_entries() noexcept;
 
-// Removes from `folder` the temporary entries that a process left behind which was killed at once. Leaves alone what a
-// living process holds, what has another name, and whatever is on a network's file system, where locks may not tell.
-// Never throws: leftovers that cannot be removed stay.
+// Removes from `folder` the temporary entries that a process left behind which was killed at once. Leaves alone entries
+// that a living process has locked, entries of another name, and everything on network file systems, where locks may
+// not work. Never throws: leftovers that cannot be removed stay.
 void remove_leftovers(const std::filesystem::path& folder) noexcept;
 
 // Waits until the disk has the file, or the names in the folder. False, with errno, where they could not be written;
@@ -60,8 +60,8 @@ void remove_leftovers(const std::filesystem::path& folder) noexcept;
 // The same for everything on the file system of `folder`, in one piece: for folders of many files.
 [[nodiscard]] bool sync_file_system(const std::filesystem::path& folder);
 
-// Holds what is at a path as a living process holds its temporary entries, under whatever name it gets. Does nothing
-// where it cannot be locked.
+// Locks the file or folder at a path as a process locks its temporary entries; a rename keeps the lock. Does nothing if
+// it cannot be locked.
 class LeftoverLock {
  public:
   explicit LeftoverLock(const std::filesystem::path& path);

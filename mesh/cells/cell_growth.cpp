@@ -199,7 +199,7 @@ std::vector<std::uint32_t> number_old_first(std::vector<std::uint32_t>& labels, 
   return previous_cell;
 }
 
-// By cell, how many of its faces it had before, at the same place.
+// Returns for each cell how many of its faces it had before, at the same place.
 std::vector<std::uint32_t> faces_as_before(const Mesh& mesh_before, const Cells& before, const Mesh& mesh,
                                            std::span<const std::uint32_t> previous_face, const CellGrowth& growth) {
   std::vector<std::uint32_t> faces(growth.cells.cells.size(), 0);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Cells of a mesh that changes while views of it are stored already: what stays of the surface stays in its cell, so
-// that what is known of the cell can be kept. Erat et al. 2019, section 5, ask for it.
+// Cells of a mesh that changes while views of it are stored already: surface that stays keeps its cell, so that the
+// cell's data can be kept. Erat et al. 2019, section 5, ask for it.
 #pragma once
 
 #include <cstdint>
@@ -21,12 +21,12 @@ namespace lumatlas {
 
 struct CellGrowth {
   Cells cells;
-  std::vector<std::uint32_t> previous_cell;  // by cell: which one it was, ascending; kNoCell: it is new
-  std::vector<std::uint8_t> changed;         // by cell: 1 if it is new, gained or lost faces, or has one that moved
+  std::vector<std::uint32_t> previous_cell;  // for each cell its number before, ascending; kNoCell: it is new
+  std::vector<std::uint8_t> changed;  // one per cell: 1 if it is new, gained or lost faces, or has one that moved
 };
 
-// The cells of `mesh`, which `mesh_before` with the cells `before` has become. `previous_face` says for each face which
-// one it was, wherever its corners were then, or kNoFace for one that is new: see match_faces().
+// Returns the cells of `mesh`, which `mesh_before` with the cells `before` has become. `previous_face` says for each
+// face which one it was, wherever its corners were then, or kNoFace for one that is new: see match_faces().
 //
 // Clusters: a face stays in the cell that it was in. New faces form cells among themselves, as make_cells() forms them;
 // those much smaller than the target join a neighbour, old or new, that they fit, and an old cell as small takes one of
@@ -35,16 +35,16 @@ struct CellGrowth {
 //
 // Grid: a cell is the faces in its cube, new or old, as make_cells() has them.
 //
-// Either way a cell without faces is gone, and one that is not `changed` has its statistics as they were, to the bit.
-// Cells that were there before come first, in their order; new ones follow by their first face. Deterministic: the same
-// bytes for any number of threads.
+// With both, a cell without faces is dropped, and a cell that is not `changed` keeps its statistics to the bit. Old
+// cells come first, in their order; new ones follow by their first face. Deterministic: the same bytes for any number
+// of threads.
 //
 // The new faces should be no larger than a cell (split_large_faces with before.size). `options` are those that the
-// cells before were made with: a size other than before.size is refused, unless it is 0. Of no cells before, the result
-// is that of make_cells(). Throws std::invalid_argument for bad options, if one of the meshes breaks a rule of
-// mesh.h, for a changed mesh without faces, if `previous_face`
-// has not one entry per face, names a face that was not there or names one twice, if `before` is not of `mesh_before`,
-// and if the partition is a grid and the cells before are not its cubes.
+// cells before were made with: a size other than before.size is refused, unless it is 0. Without cells before, the
+// result is that of make_cells(). Throws std::invalid_argument for bad options, if one of the meshes breaks a rule of
+// mesh.h, and for a changed mesh without faces. Also if `previous_face` has not one entry per face, names a face that
+// was not there or names one twice; if `before` is not of `mesh_before`; and if the partition is a grid and the cells
+// before are not its cubes.
 [[nodiscard]] CellGrowth grow_cells(const Mesh& mesh_before, const Cells& before, const Mesh& mesh,
                                     std::span<const std::uint32_t> previous_face, const CellOptions& options);
 

@@ -46,33 +46,33 @@ struct Cells {
   std::vector<std::uint32_t> cell_of_face;  // one per face of the mesh
 };
 
-// Where the bulk of a mesh lies.
+// The region that holds the bulk of a mesh.
 struct SceneExtent {
   Bounds core;          // along each axis, all but the outermost 1% of the area on each side
-  double diameter = 0;  // of the core's diagonal; > 0 for a mesh with area
+  double diameter = 0;  // length of the core's diagonal; > 0 for a mesh with area
 };
 
-// Stray triangles far away do not count, for they have little area. Nor do stray vertices, whose faces may have
-// more area than the scene: where faces that are more than a hundred times as high as their shortest edge is long, and
-// those between two vertices that have no other faces, make the box more than twice as large, they do not count either.
+// Stray triangles far away do not count, for they have little area. Stray vertices do not count either; their faces may
+// have more area than the scene. Such faces are more than a hundred times as high as their shortest edge is long, or
+// lie between two vertices that have no other faces. They are left out if they make the box more than twice as large.
 [[nodiscard]] SceneExtent scene_extent(const Mesh& mesh);
-[[nodiscard]] double scene_diameter(const Mesh& mesh);  // of scene_extent()
+[[nodiscard]] double scene_diameter(const Mesh& mesh);  // the diameter of scene_extent()
 
-// What CellOptions::size = 0 stands for: scene_diameter() / 60 (data/results/cell-size.csv; the paper finds 1/100
-// to 1/30 of the scene). 0 for a mesh without area.
+// Returns the size that CellOptions::size = 0 stands for: scene_diameter() / 60 (data/results/cell-size.csv; the paper
+// finds 1/100 to 1/30 of the scene). 0 for a mesh without area.
 [[nodiscard]] double automatic_cell_size(const Mesh& mesh);
 
 // The same surface with every edge at most `max_edge` long: longer ones are halved, longest first, colours
 // interpolated. A manifold mesh stays manifold; where the mesh is not, no crack opens. The faces' first corners and
 // their order stay where nothing is long; new faces come last.
 //
-// An edge between needles, faces more than twenty times as long as high, stays as it is if it is longer than a thousand
-// times `max_edge`, as those at a stray vertex are, or once one million such edges have been halved: a large polygon
-// that was cut into a fan would else become more faces than memory holds, for no area.
+// An edge between needles (faces more than twenty times as long as high) is not split if it is longer than a thousand
+// times `max_edge`, like those at a stray vertex, or once one million such edges have been halved. Otherwise a large
+// polygon that was cut into a fan would become more faces than memory holds, for no area.
 //
-// Throws std::invalid_argument if the mesh breaks a rule of mesh.h, unless max_edge is finite, above 0 and at least
-// four times the resolution, as floats, of the positions of the faces to be split, and if these would become more faces
-// than half of the machine's memory holds, at 400 bytes a face.
+// Throws std::invalid_argument if the mesh breaks a rule of mesh.h; unless max_edge is finite, above 0 and at least
+// four times the float resolution of the positions to be split; and if the result would have more faces than half of
+// the machine's memory holds, at 400 bytes a face.
 [[nodiscard]] Mesh split_large_faces(const Mesh& mesh, double max_edge, const Tick& tick = {});
 
 // Deterministic: the same bytes for any number of threads. The mesh's faces should be no larger than a cell

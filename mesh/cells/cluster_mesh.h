@@ -18,8 +18,8 @@ namespace lumatlas {
 
 inline constexpr std::uint32_t kNoCluster = std::numeric_limits<std::uint32_t>::max();
 
-// What clustering needs to know of a face. Together, because growing a cluster reads them together and in no order that
-// a cache could foresee; aligned so that none lies in two cache lines.
+// The values of a face that clustering reads. They lie together because growing a cluster reads them together, in an
+// order that a cache cannot foresee. They are aligned so that none lies in two cache lines.
 struct alignas(32) ClusterFace {
   glm::vec3 centroid;
   glm::vec3 normal;  // unit, smoothed; zero where a face has no area

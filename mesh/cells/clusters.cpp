@@ -23,7 +23,7 @@ namespace {
 
 constexpr std::size_t kFacesBetweenTicks = 1 << 16;  // some ten milliseconds
 
-// Where and how a cluster lies. Every cluster owns its seed face.
+// Position and direction of a cluster. Every cluster owns its seed face.
 struct Center {
   std::uint32_t seed;
   glm::vec3 position;
@@ -88,7 +88,7 @@ class Seeding {
 
   // How far a face extends beyond its centroid, in cell sizes: without it, cells of few faces would come out too large.
   [[nodiscard]] float reach(std::uint32_t face) const {
-    constexpr float kReach = 0.2f;  // of the root of its area; measured
+    constexpr float kReach = 0.2f;  // share of the root of its area; measured
     return kReach * std::sqrt(surface_[face].area) * metric_.per_size;
   }
 

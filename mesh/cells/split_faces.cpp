@@ -22,7 +22,7 @@ namespace lumatlas {
 
 namespace {
 
-constexpr double kBytesAFace = 400;  // of the halfedges, the queue and the mesh that is returned
+constexpr double kBytesAFace = 400;  // halfedges, the queue and the returned mesh
 constexpr double kMemoryShare = 0.5;
 constexpr double kMostFacesOfAMesh = 5e8;  // see mesh.h
 constexpr double kHeadroom = 4;            // most faces that halving may make for each one that the area asks for
@@ -46,11 +46,11 @@ double squared_longest_edge(const Mesh& mesh, const glm::uvec3& face) {
                    squared_length(mesh, face.z, face.x)});
 }
 
-// What is known of the work before it begins.
+// The size of the work, known before it begins.
 struct Forecast {
   bool any_long = false;         // faces to be split
   double fewest_faces = 0;       // that their area becomes: none with edges up to m has more than the equilateral one
-  float largest_coordinate = 0;  // of their corners
+  float largest_coordinate = 0;  // the largest of their corners
 };
 
 Forecast forecast(const Mesh& mesh, std::span<const FaceGeometry> geometry, double max_edge) {

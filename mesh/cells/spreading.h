@@ -11,8 +11,9 @@
 
 namespace lumatlas {
 
-// A value is xyz / w, of a vertex that has one; w is 0 where there is none. Ring by ring outwards, each vertex beside
-// those that have a value gets the mean of theirs. What is joined to none stays as it is. `around`: of the same faces.
+// Spreads values over vertices without one. A value is xyz / w; w is 0 for a vertex without one. Ring by ring outwards,
+// each vertex beside vertices with a value gets the mean of theirs. Vertices that are connected to none stay as they
+// are. `around` belongs to the same faces.
 void spread(std::span<const glm::uvec3> faces, const VertexFaces& around, std::vector<glm::vec4>& values);
 
 }  // namespace lumatlas

@@ -23,7 +23,7 @@ namespace {
 
 static_assert(std::endian::native == std::endian::little, "write_ply() copies numbers as they are in memory");
 
-// Of a Mesh or a TriangleSoup, whose positions are of the PLY type `number`.
+// Returns the header for a Mesh or a TriangleSoup, whose positions have the PLY type `number`.
 template <typename Triangles>
 std::string ply_header(const Triangles& mesh, const std::string& number) {
   std::string header = "ply\nformat binary_little_endian 1.0\nelement vertex " + std::to_string(mesh.positions.size());

@@ -141,7 +141,7 @@ class ObjParser {
     end_statement();
   }
 
-  // What the numbers are is told by how many they are, which must be the same all over the file. Only a weight of 1 may
+  // The count of a vertex's numbers tells what they are, and must be the same all over the file. Only a weight of 1 may
   // be left out.
   void check_count(std::size_t count) {
     if (count < 3 || count == 5) fail("a vertex has " + std::to_string(count) + " numbers; 3, 4, 6, 7 or 8 are known");
@@ -216,17 +216,17 @@ class ObjParser {
     }
   }
 
-  std::string_view rest_;  // of the contents
-  std::string_view line_;  // what is left of it
+  std::string_view rest_;  // the rest of the contents
+  std::string_view line_;  // the rest of the line
   const std::string& path_;
-  std::size_t line_number_ = 0;  // where the statement begins
+  std::size_t line_number_ = 0;  // line at which the statement begins
   std::size_t lines_continued_ = 0;
   bool continues_ = false;
   bool follows_skipped_ = false;  // the line before may be the beginning of this one, and was skipped
   std::optional<ForwardReference> furthest_;
-  std::size_t numbers_ = 0;          // of the first vertex
+  std::size_t numbers_ = 0;          // numbers of the first vertex
   std::vector<glm::u8vec4> colors_;  // one per position, or empty: what follows the position, and a weight before alpha
-  bool first_is_1_ = true, last_is_1_ = true;  // of these everywhere
+  bool first_is_1_ = true, last_is_1_ = true;  // true as long as these numbers are 1 everywhere
   std::vector<std::uint32_t> corners_;
   Polygons polygons_;
   TriangleSoup soup_;

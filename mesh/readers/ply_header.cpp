@@ -142,8 +142,8 @@ class HeaderParser {
 
   std::string_view contents_;
   const std::string& path_;
-  std::string_view rest_;  // of the contents
-  std::string_view line_;  // what is left of it
+  std::string_view rest_;  // the rest of the contents
+  std::string_view line_;  // the rest of the line
   std::size_t line_number_ = 1;
   bool has_format_ = false;
   PlyHeader header_;

@@ -17,9 +17,9 @@ enum class PlyType : std::uint8_t { Int8, Uint8, Int16, Uint16, Int32, Uint32, F
 
 struct PlyProperty {
   std::string name;
-  PlyType type = PlyType::Float32;  // of a list: of its items
+  PlyType type = PlyType::Float32;  // for a list, the type of its items
   bool is_list = false;
-  PlyType count_type = PlyType::Uint8;  // of a list
+  PlyType count_type = PlyType::Uint8;  // for a list
 };
 
 struct PlyElement {
@@ -30,7 +30,7 @@ struct PlyElement {
 
 struct PlyHeader {
   PlyEncoding encoding = PlyEncoding::Ascii;
-  char line_feed = '\n';  // of an ASCII body too: '\r' if the header's lines end with it alone
+  char line_feed = '\n';  // also in an ASCII body: '\r' if the header's lines end with it alone
   std::vector<PlyElement> elements;
   std::size_t body = 0;  // byte offset
 };

@@ -25,7 +25,7 @@ namespace lumatlas {
 
 namespace {
 
-// Where in the body a reader is, for its messages.
+// The position of a reader in the body, for its messages.
 class Record {
  public:
   explicit Record(const std::string& path) : path_(path) {}
@@ -254,8 +254,8 @@ class SoupReader {
   }
 
  private:
-  // What the header does not declare would else be lost without a word, faces for example. Only empty lines, and zeros
-  // as some programs pad binary files with, are nothing.
+  // Refuses data that the header does not declare, which would otherwise be lost silently, faces for example. Only
+  // empty lines, and zeros as some programs pad binary files with, are allowed.
   void refuse_rest(const PlyHeader& header) const {
     const std::string_view rest = body_.rest();
     if (rest.find_first_not_of(std::string_view(" \t\r\n\0", 5)) == std::string_view::npos) return;

@@ -25,7 +25,7 @@ namespace lumatlas {
 struct PointSoup {
   std::vector<glm::dvec3> positions;
   std::vector<glm::u8vec3> colors;  // sRGB, one per position, or empty
-  std::vector<glm::vec3> normals;   // as the file has them, one per position, or empty
+  std::vector<glm::vec3> normals;   // the file's, one per position, or empty
 };
 
 // The vertices of a PLY file with these contents, normals by nx, ny and nz; faces and all else are skipped. Throws

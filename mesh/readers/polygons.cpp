@@ -59,7 +59,7 @@ int longest_axis(const glm::dvec3& v) {
   return length.y >= length.z ? 1 : 2;
 }
 
-// Nothing if the polygon has no area, or none that is finite.
+// Returns nothing if the polygon has no area, or none that is finite.
 std::optional<Outline> outline_of(std::vector<std::uint32_t> vertices, const std::vector<glm::dvec3>& positions) {
   const glm::dvec3 area = area_vector(vertices, positions);
   const int axis = longest_axis(area);
@@ -74,7 +74,7 @@ std::optional<Outline> outline_of(std::vector<std::uint32_t> vertices, const std
   return outline;
 }
 
-// Whether every triangle of the fan turns as the polygon does.
+// Returns whether every triangle of the fan turns as the polygon does.
 bool is_covered_by_fan(const Outline& outline) {
   for (std::size_t i = 2; i < outline.points.size(); ++i) {
     const double area = doubled_area(outline.points[0], outline.points[i - 1], outline.points[i]);
@@ -126,7 +126,7 @@ void mark_sides(Triangulation& triangulation, const Passes& passes) {
   }
 }
 
-// Nothing if the outline crosses itself, or touches itself along an edge.
+// Returns nothing if the outline crosses itself, or touches itself along an edge.
 std::optional<std::vector<glm::uvec3>> triangles_of(const Outline& outline) {
   try {
     Passes passes;

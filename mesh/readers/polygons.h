@@ -22,17 +22,17 @@ class Polygons {
   // can count it; none give nothing.
   void append(std::span<const std::uint32_t> corners, std::vector<glm::uvec3>& faces);
 
-  // Once all positions are known: replaces in place the fans that do not cover their polygons, because these are
-  // concave or have corners in a line, and those of polygons with more than eight corners, which may be needles, by
-  // constrained Delaunay triangulations. A polygon keeps its corners and the direction in which it turns; it is looked
-  // at along the axis in which its normal is longest. Where corners repeat, so that it has fewer triangles than its
-  // fan, degenerate ones make up the number. A polygon that crosses itself, has no area or a corner that is not finite
-  // keeps its fan.
+  // Call it once all positions are known. Replaces some fans, in place, by constrained Delaunay triangulations: those
+  // that do not cover their polygons, because these are concave or have corners in a line, and those of polygons with
+  // more than eight corners, which may be needles. A polygon keeps its corners and the direction in which it turns; it
+  // is looked at along the axis in which its normal is longest. Where corners repeat, so that it has fewer triangles
+  // than its fan, degenerate ones make up the number. A polygon that crosses itself, has no area or a corner that is
+  // not finite keeps its fan.
   void triangulate(TriangleSoup& soup) const;
 
  private:
   struct Fan {
-    std::size_t first;      // of its faces
+    std::size_t first;      // its first face
     std::uint32_t corners;  // two more than it has faces
   };
   static void triangulate(const Fan& fan, TriangleSoup& soup);

@@ -22,7 +22,7 @@ namespace lumatlas {
 namespace {
 
 constexpr std::size_t kHeaderBytes = 84;    // 80 of any text, and the count of triangles
-constexpr std::size_t kTriangleBytes = 50;  // normal, three corners, two bytes that nobody agrees on
+constexpr std::size_t kTriangleBytes = 50;  // normal, three corners, two bytes that programs use differently
 
 // STL repeats a vertex in each of its triangles.
 class Welder {
@@ -89,7 +89,7 @@ std::string lower_case(std::string_view word) {
   return result;
 }
 
-// Whether the contents begin with "solid", after blanks and empty lines.
+// Returns whether the contents begin with "solid", after blanks and empty lines.
 bool begins_as_ascii(std::string_view contents) {
   if (contents.starts_with(kByteOrderMark)) contents.remove_prefix(kByteOrderMark.size());
   constexpr std::string_view kBlanks = " \t\r\n";

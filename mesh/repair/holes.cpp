@@ -99,8 +99,8 @@ class BoundaryEdges {
   std::vector<std::uint32_t> ends_;
 };
 
-// Where the surface ends, by vertex: the vertex before it along the faces' direction, kNone where there is no boundary
-// or more than one.
+// Returns for each boundary vertex the vertex before it along the faces' direction; kNone where there is no boundary or
+// more than one.
 std::vector<std::uint32_t> boundary_before(const Mesh& mesh) {
   BoundaryEdges edges(mesh);
   std::vector<std::uint32_t> before(mesh.positions.size(), kNone);
@@ -224,7 +224,7 @@ std::vector<glm::uvec3> faces_within(const std::vector<glm::dvec3>& positions, c
 
 using Edges = std::unordered_set<std::uint64_t>;
 
-// None where there is no patch that the mesh can take.
+// Returns nothing if there is no patch that the mesh can take.
 std::optional<std::vector<glm::uvec3>> patch_for(const Mesh& mesh, const Loop& loop, const Edges& edges,
                                                  const Tick& tick) {
   std::vector<glm::dvec3> positions;

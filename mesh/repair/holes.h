@@ -17,9 +17,9 @@ struct ClosedHoles {
 
 // Closes a hole, a boundary loop, if its box has a diagonal of at most `largest`, scene units, and of less than half of
 // the diagonal of its component's box: what is as large as that is the component's own rim. A hole that cannot be
-// closed with faces that have an area, and without a third face at an edge, stays. Minimal in the largest angle between
-// neighbouring faces, then in area, among all faces up to 250 edges and among those of a Delaunay triangulation up to
-// 3000; a hole for which there is none is filled as it is seen along the axis in which it is largest. Throws
+// closed with faces that have an area, and without a third face at an edge, stays. The patch is minimal in the largest
+// angle between neighbouring faces, then in area. Up to 250 edges all faces are tried, up to 3000 those of a Delaunay
+// triangulation. A hole without such a patch is filled as it is seen along the axis in which it is largest. Throws
 // std::invalid_argument unless `largest` is finite and not negative and the mesh passes check(); boundary that
 // branches, as no mesh of repair() has it, is left alone. `tick` is called for each hole, and often while one is
 // filled.

@@ -18,7 +18,7 @@ using Triangle = std::array<std::uint32_t, 3>;
 struct EdgeUse {
   std::uint32_t low, high;
   std::uint32_t face;
-  bool ascends;  // whether the face runs from `low` to `high`
+  bool ascends;  // the face runs from `low` to `high`
 
   bool operator<(const EdgeUse& other) const {
     return std::tie(low, high, face) < std::tie(other.low, other.high, other.face);
@@ -236,7 +236,7 @@ void split(std::size_t vertices, TriangleList& faces, const VertexFaces& around,
   std::vector<MovedCorner> moved;
   for (const std::uint32_t vertex : suspects) {
     const std::vector<std::size_t> fans = fans_around(vertex, faces, around);
-    std::map<std::size_t, std::uint32_t> copies;  // by the first face of each fan but the vertex's own
+    std::map<std::size_t, std::uint32_t> copies;  // for the first face of each fan except the vertex's own, the copy
     for (std::size_t i = 0; i < fans.size(); ++i) {
       if (fans[i] == 0) continue;
       if (fans[i] == i) {

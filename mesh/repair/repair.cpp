@@ -40,12 +40,12 @@ struct SourcePoint : Kernel::Point_3 {
 
 struct WorkingSoup {
   std::vector<SourcePoint> points;
-  std::vector<std::uint32_t> copies;  // of points: those that faces name by the numbers after the last point's
+  std::vector<std::uint32_t> copies;  // for each number past the last point, the point that it copies
   std::vector<Face> faces;
 };
 
 void check(const TriangleSoup& soup, const glm::dvec3& offset) {
-  constexpr std::size_t kMost = 500'000'000;  // of a Mesh too
+  constexpr std::size_t kMost = 500'000'000;  // also the limit of a Mesh
   const std::size_t vertices = soup.positions.size();
   if (vertices > kMost || soup.faces.size() > kMost) {
     throw std::invalid_argument("soup: has " + std::to_string(vertices) + " positions and " +

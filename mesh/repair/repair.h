@@ -25,7 +25,6 @@ struct RepairReport {
   std::uint64_t reversed_faces = 0;         // turned round to agree with their neighbours
 
   bool operator==(const RepairReport&) const = default;
-  [[nodiscard]] bool changed_anything() const { return *this != RepairReport{}; }
 };
 
 struct RepairedMesh {

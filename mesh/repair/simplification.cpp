@@ -64,9 +64,9 @@ Mesh used_part(const Mesh& mesh, const std::vector<glm::uvec3>& faces) {
   return part;
 }
 
-// Of a face, the halfedge of its longest edge if the third corner lies on it, so that the face has no area.
+// Returns the halfedge of a face's longest edge if the third corner lies on it, so that the face has no area.
 std::optional<HalfedgeMesh::HalfedgeHandle> edge_of_flat_face(const HalfedgeMesh& mesh, HalfedgeMesh::FaceHandle face) {
-  constexpr float kFlat = 1e-6F;  // of the edge's length: about what floats resolve
+  constexpr float kFlat = 1e-6F;  // share of the edge's length: about the resolution of floats
   HalfedgeMesh::HalfedgeHandle longest;
   float length = 0, area = 0;
   for (HalfedgeMesh::HalfedgeHandle edge : mesh.fh_range(face)) {

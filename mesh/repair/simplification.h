@@ -28,10 +28,10 @@ struct SimplifiedMesh {
 // std::invalid_argument if the mesh breaks a rule of mesh.h, or the distance is negative or no number.
 [[nodiscard]] SimplifiedMesh simplified(const Mesh& mesh, const SimplificationBound& bound);
 
-// The size of a pixel on the surface where cameras come near: of each vertex the least depth over focal length, scene
-// units, among the cameras whose picture it lies in, hidden or not; of these, the one that `share` of them, in [0, 1],
-// fall below. From at most 20,000 vertices, evenly. Infinite where no camera has a vertex in its picture. Throws
-// std::invalid_argument if the mesh, a camera or the share breaks a rule.
+// Returns the size of a pixel on the surface where cameras come near, scene units. For each vertex this is the least
+// depth over focal length among the cameras whose picture it lies in, hidden or not. The result is the value below
+// which `share` of the vertices, in [0, 1], fall. From at most 20,000 vertices, evenly. Infinite where no camera has a
+// vertex in its picture. Throws std::invalid_argument if the mesh, a camera or the share breaks a rule.
 [[nodiscard]] double pixel_size(const Mesh& mesh, std::span<const Camera> cameras, double share);
 
 }  // namespace lumatlas

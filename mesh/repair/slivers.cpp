@@ -16,8 +16,8 @@ namespace {
 // those below the second are crumbs, smaller than what noise folds in a scan, whichever way they face.
 constexpr double kSliverArea = 0.35;
 constexpr double kCrumbArea = 0.2;
-// What a merged cluster may be at most: its area, its radius in cell sizes, and its flatness (Cluster::flatness) where
-// the smaller part is a sliver (0.8 is a fold of two equal parts by 74 degrees) or a crumb.
+// Limits of a merged cluster: its area, its radius in cell sizes, and its flatness (Cluster::flatness) where the
+// smaller part is a sliver (0.8 is a fold of two equal parts by 74 degrees) or a crumb.
 constexpr double kLargestArea = 1.8;
 constexpr double kLargestRadius = 1.0;
 constexpr double kLeastFlatness = 0.8;

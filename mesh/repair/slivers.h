@@ -11,8 +11,8 @@
 namespace lumatlas {
 
 // Gives each cluster much smaller than size^2, smallest first, to a neighbour with which it is still compact and mostly
-// faces one way; it stays where there is none. `labels` holds a cluster for each face. Clusters below `first` keep
-// their faces: a small one is given such a neighbour from `first` on instead.
+// faces one way; a cluster without such a neighbour stays. `labels` holds a cluster for each face. Labels below `first`
+// may absorb neighbours from `first` on, and are never absorbed.
 void merge_slivers(const ClusterMesh& surface, double size, std::vector<std::uint32_t>& labels, std::uint32_t first = 0,
                    const Tick& tick = {});
 

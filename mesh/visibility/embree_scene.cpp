@@ -47,7 +47,7 @@ EmbreeDevice make_embree_device() {
   const char* settings = std::getenv(kSettings);
   EmbreeDevice device(rtcNewDevice(settings));
   if (!device) {
-    // By what the library itself says: a processor is blamed only where it is the processor.
+    // Embree's own error tells the cause; the processor is blamed only if it is the cause.
     const RTCError error = rtcGetDeviceError(nullptr);
     if (error == RTC_ERROR_OUT_OF_MEMORY) throw std::bad_alloc();
     if (error != RTC_ERROR_UNSUPPORTED_CPU && error != RTC_ERROR_INVALID_ARGUMENT) {

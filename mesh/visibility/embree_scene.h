@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What all ray casting has in common (Embree 3): the device, a mesh as a scene, and packets of rays.
+// Shared by all ray casting (Embree 3): the device, a mesh as a scene, and packets of rays.
 #pragma once
 
 #include <embree3/rtcore.h>
@@ -45,10 +45,10 @@ struct alignas(64) EmbreePacket {
   // is_traceable().
   void set(std::uint32_t ray, const glm::vec3& origin, const glm::vec3& direction, float reach);
 
-  // Where a ray hits something, hits.hit.geomID is not RTC_INVALID_GEOMETRY_ID and hits.ray.tfar the distance, in
-  // lengths of the direction.
+  // Sets hits.hit.geomID to another value than RTC_INVALID_GEOMETRY_ID for each ray that hits, and hits.ray.tfar to the
+  // distance in lengths of the direction.
   void intersect(RTCScene scene);
-  // Where something is in a ray's way, hits.ray.tfar becomes -infinity.
+  // Sets hits.ray.tfar to -infinity for each ray that is blocked.
   void occlude(RTCScene scene);
 
   RTCRayHit16 hits;

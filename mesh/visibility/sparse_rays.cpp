@@ -18,12 +18,12 @@ namespace lumatlas {
 
 namespace {
 
-// By how much the reciprocal of depth, which is linear in the image of a plane, may bend between traced pixels, as a
-// share of itself.
+// How much the reciprocal of depth, which is linear in the image of a plane, may bend between traced pixels, as a share
+// of itself.
 constexpr float kMostBend = 1e-3f;
 
 constexpr std::uint32_t kSquareSide = 64;  // pixels, of what is traced at once
-constexpr std::uint32_t kBlockSide = 8;    // of whose pixels every fourth fill a packet
+constexpr std::uint32_t kBlockSide = 8;    // every fourth of its pixels fill a packet
 static_assert(kBlockSide * kBlockSide / 4 == EmbreePacket::kRays);
 
 struct Step {
@@ -43,7 +43,8 @@ struct Squares {
   }
 };
 
-// By square, how many squares away the nearest one is that has a wanted pixel; 3 for all that are farther.
+// Returns for each square the distance in squares to the nearest one that has a wanted pixel; 3 for all that are
+// farther.
 std::vector<std::uint8_t> squares_away(const Squares& squares, const Camera& camera,
                                        std::span<const std::uint8_t> wanted) {
   std::vector<std::uint8_t> has_wanted(std::size_t{squares.columns} * squares.rows, wanted.empty() ? 1 : 0);
@@ -146,8 +147,8 @@ class SparseRays {
     return true;
   }
 
-  // Of the reciprocals of depth at three pixels in a row, the last one at a place that may be outside of the image. Not
-  // where one of them is no number or only one sees a surface.
+  // Returns whether the reciprocals of depth at three pixels in a row lie on a line. The last pixel is at a place that
+  // may be outside the image. False if one of them is no number or only one sees a surface.
   [[nodiscard]] bool is_smooth(float middle, float before, std::int64_t x, std::int64_t y) const {
     if ((middle > 0) != (before > 0)) return false;
     if (!is_inside(x, y)) return std::abs(middle - before) <= kMostBend * middle;
@@ -160,7 +161,7 @@ class SparseRays {
   VisibilityBuffer& buffer_;
   std::int64_t width_, height_;
   Squares squares_;
-  std::vector<std::uint8_t> away_;  // by square
+  std::vector<std::uint8_t> away_;  // one per square
 };
 
 }  // namespace

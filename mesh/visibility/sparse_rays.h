@@ -12,8 +12,8 @@
 
 namespace lumatlas {
 
-// As of Visibility::trace_sparsely(), and of RayVisibility::trace_part() unless `wanted` is empty. The buffer has the
-// camera's size. The same on any number of threads.
+// Implements Visibility::trace_sparsely(), and RayVisibility::trace_part() unless `wanted` is empty. The buffer has the
+// camera's size. The result is the same on any number of threads.
 void trace_sparsely(const Camera& camera, RTCScene scene, std::span<const std::uint8_t> wanted,
                     VisibilityBuffer& buffer);
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What a camera sees of the mesh: depth and cell per pixel (paper section 3.2: the cell id buffer).
+// The part of the mesh that a camera sees: depth and cell per pixel (paper section 3.2: the cell id buffer).
 #pragma once
 
 #include <cstdint>
@@ -40,7 +40,7 @@ class Visibility {
   [[nodiscard]] VisibilityBuffer trace_sparsely(const Camera& camera) const;
 };
 
-// By ray casting with Embree. Keeps a copy of what it needs. Throws std::invalid_argument if the mesh breaks a rule of
+// Casts rays with Embree. Keeps a copy of what it needs. Throws std::invalid_argument if the mesh breaks a rule of
 // mesh.h or has no faces, std::runtime_error if Embree refuses it.
 [[nodiscard]] std::unique_ptr<Visibility> make_ray_visibility(const Mesh& mesh);
 

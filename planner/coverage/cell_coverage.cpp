@@ -66,11 +66,12 @@ double CellCoverage::value_by_definition(std::uint32_t cell, std::span<const std
   return do_value_by_definition(cell, gone, newcomer);
 }
 
-double CellCoverage::ask(std::uint32_t cell, const Contribution& part, bool take_back, std::span<double> losses) {
+double CellCoverage::change_demand(std::uint32_t cell, const Contribution& part, DemandChange change,
+                                   std::span<double> losses) {
   require_cell(cell);
   check(part);
   if (!losses.empty()) require_list_by_slot(cell, losses.size(), "losses");
-  return do_ask(cell, part, take_back, losses);
+  return do_change_demand(cell, part, change, losses);
 }
 
 double CellCoverage::weight(std::uint32_t cell) const {

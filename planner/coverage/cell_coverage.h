@@ -14,7 +14,8 @@
 
 namespace lumatlas {
 
-// What a cell would lose with one of its references, after others that it gave up before: of ReferenceService::of_kept.
+// The loss of value of a cell without one of its references, after others that it gave up before, as
+// ReferenceService::of_kept has it.
 struct ReferenceLoss {
   std::uint32_t slot;
   double loss;  // >= 0
@@ -27,13 +28,15 @@ struct ReferenceService {
   std::uint32_t given_up = 0;  // how many
 };
 
-// Views are told apart by the slot that they are stored in; those that see a cell are its members, in order of arrival,
-// and up to max_references of them are referenced (R(b) of section 3.4). Different cells may be changed by different
-// threads at once.
+enum class DemandChange { add, remove };
+
+// Views are told apart by the view slot that they are stored in; those that see a cell are its members, in order of
+// arrival, and up to max_references of them are referenced (R(b) of section 3.4). Different cells may be changed by
+// different threads at once.
 //
-// Everything that is asked or told checks what it is given, and throws std::invalid_argument naming the field, its
-// value and the rule: a cell is below cells(), a part passes check(), and a list by slot reaches as far as the slots of
-// all that ever were members of the cell.
+// Every function checks its arguments and throws std::invalid_argument naming the field, its value and the rule: a cell
+// is below cells(), a part passes check(), and a list by view slot has an entry for every view slot that ever was a
+// member of the cell.
 class CellCoverage {
  public:
   virtual ~CellCoverage() = default;
@@ -42,30 +45,30 @@ class CellCoverage {
 
   [[nodiscard]] std::size_t cells() const { return slots_of_.size(); }  // how many
 
-  // What a cell counts for, >= 0: in cells, or in pictures where cells count by demand.
+  // Returns the cell's value, >= 0: in cells, or in pictures where cells count by demand.
   [[nodiscard]] double value(std::uint32_t cell) const;
-  // By how much a view more would raise the cell's value. `victims`, if not empty, says by slot (1) of which members it
-  // is asked by how much less or more that would be if they had left before: added to `corrections` (by slot, as many),
-  // for others too where that costs nothing.
+  // Returns by how much one more view would raise the cell's value. `victims`, if not empty, has a 1 for each view slot
+  // that might leave before. For each of these that is a member, the change of the result without it is added to
+  // `corrections` (one entry a view slot); for other slots too where that costs nothing.
   [[nodiscard]] double gain(std::uint32_t cell, const Contribution& part, std::span<const std::uint8_t> victims,
                             std::span<double> corrections) const;
-  // Adds `factor` times what the cell would lose without each member to `losses` (by slot). The factor is finite.
+  // Adds `factor` times what the cell would lose without each member to `losses` (by view slot). The factor is finite.
   void add_losses(std::uint32_t cell, double factor, std::span<double> losses) const;
-  // By definition, not from what is kept up: the cell's value without the members in `gone`, and with `newcomer` if it
-  // is not null.
+  // Returns the cell's value without the members in `gone`, and with `newcomer` if it is not null. Computed by the
+  // definition, not from what is kept up to date.
   [[nodiscard]] double value_by_definition(std::uint32_t cell, std::span<const std::uint32_t> gone,
                                            const Contribution* newcomer) const;
 
-  // A measure by which a cell's value depends on all offered views that see it, stored or not, is told of each;
-  // `take_back`: of one that it was told of, which is not to count. Returns by how much the cell's value rises, and
-  // adds to `losses` (by slot; empty: nobody asks) by how much more the cell loses without each member.
-  double ask(std::uint32_t cell, const Contribution& part, bool take_back, std::span<double> losses);
-  // What the cell counts for beside others; where cells count alike, 1.
+  // Adds the demand of an offered view, stored or not, to a measure by which a cell's value depends on all offered
+  // views that see it; or removes one that was added before. Returns by how much the cell's value rises. Adds to
+  // `losses` (one per view slot; empty: not needed) by how much more the cell loses without each member.
+  double change_demand(std::uint32_t cell, const Contribution& part, DemandChange change, std::span<double> losses);
+  // Returns the cell's weight against other cells; 1 where cells count alike.
   [[nodiscard]] double weight(std::uint32_t cell) const;
 
-  // The slot must not be a member yet, and be below 2^32 - 1.
+  // The view slot must not be a member yet, and be below 2^32 - 1.
   void insert(std::uint32_t cell, std::uint32_t slot, const Contribution& part);
-  // The slot must be a member. Another member may take the place of its reference.
+  // The view slot must be a member. Another member may take the place of its reference.
   void erase(std::uint32_t cell, std::uint32_t slot);
   [[nodiscard]] std::vector<std::uint32_t> references(std::uint32_t cell) const;
 
@@ -94,8 +97,8 @@ class CellCoverage {
   virtual void do_add_losses(std::uint32_t cell, double factor, std::span<double> losses) const = 0;
   [[nodiscard]] virtual double do_value_by_definition(std::uint32_t cell, std::span<const std::uint32_t> gone,
                                                       const Contribution* newcomer) const = 0;
-  virtual double do_ask(std::uint32_t /*cell*/, const Contribution& /*part*/, bool /*take_back*/,
-                        std::span<double> /*losses*/) {
+  virtual double do_change_demand(std::uint32_t /*cell*/, const Contribution& /*part*/, DemandChange /*change*/,
+                                  std::span<double> /*losses*/) {
     return 0;
   }
   [[nodiscard]] virtual double do_weight(std::uint32_t /*cell*/) const { return 1; }
@@ -110,7 +113,7 @@ class CellCoverage {
 
   void require_list_by_slot(std::uint32_t cell, std::size_t size, const char* list) const;
 
-  std::vector<std::uint32_t> slots_of_;  // by cell: 1 + the largest slot that ever was a member
+  std::vector<std::uint32_t> slots_of_;  // one per cell: 1 + the largest view slot that ever was a member
 };
 
 // `min_reference_gain`: Delta_fcov of section 3.4, by which a full cell's coverage must rise to swap a reference;

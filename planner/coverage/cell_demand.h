@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What the stream asks of one cell: how large it is in the pictures of the offered views, and from how far they see it.
+// The demand for one cell: how large it is in the pictures of the offered views, and from how far they see it.
 //
-// Held-out views, and whoever looks at the model, stand where the photographer stood: a cell that fills the picture
-// counts for more than one that never does, and is to be shown as it is from there. Both are means over the views, not
-// sums: a camera that stands still pulls them towards what it sees, and no further, however long it stands.
+// Held-out views, and people who look at the model, stand where the photographer stood. So a cell that fills the
+// picture counts for more than one that never does, and is shown best from the photographer's distance. Both are means
+// over the views, not sums: a camera that stands still pulls them towards what it sees, and no further, however long it
+// stands.
 #pragma once
 
 #include <cstdint>
@@ -21,11 +22,11 @@ class CellDemand {
   // Takes back a view that was added; std::invalid_argument where none is left to be taken back.
   void remove(const Contribution& part) { count(part, -1); }
 
-  // What the cell counts for, in pictures: its mean share of the picture over the views that see it and `prior` views,
-  // finite and >= 0 (std::invalid_argument), that do not. In [0, 1], 0 if none sees it.
+  // Returns the weight of the cell, in pictures: its mean share of the picture over the views that see it and `prior`
+  // more views that do not. `prior` is finite and >= 0 (std::invalid_argument). In [0, 1], 0 if no view sees it.
   [[nodiscard]] double weight(double prior) const;
-  // The geometric mean of the distances that the views see the cell from, by their pixels, scene units; 0 if none sees
-  // it. In steps of 9 %: what depends on it has to be computed anew less often.
+  // Returns the geometric mean of the distances from which the views see the cell, weighted by their pixels, scene
+  // units; 0 if none sees it. It changes in steps of 9 %, so that dependent values must be recomputed less often.
   [[nodiscard]] double ideal_distance() const;
 
  private:

@@ -82,7 +82,7 @@ void check(const CoverageOptions& options) {
 }
 
 void check(const Contribution& part) {
-  constexpr double kRounding = 1e-4;  // of a direction that somebody else has normalised, as floats
+  constexpr double kRounding = 1e-4;  // error of a direction that the caller normalised, as floats
   const auto is_share = [](double share) { return std::isfinite(share) && share >= 0; };
   const double length = glm::length(part.direction);
   coverage_requires(length == 0 || std::abs(length - 1) < kRounding, "the length of a part's direction", length,

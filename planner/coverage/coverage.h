@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What one view adds to one cell, and the paper's measure of how well a set of views covers a cell.
-// Erat et al., "Real-Time View Planning for Unstructured Lumigraph Modeling", 2019, section 3.2.
+// Computes what one view adds to one cell, and the paper's measure of how well a set of views covers a cell. Erat et
+// al., "Real-Time View Planning for Unstructured Lumigraph Modeling", 2019, section 3.2.
 //
 // Symbols, kept in the code: b a cell, F the stored views that see it, R(b) those of them that it refers to, f a view,
 // gamma the largest cosine between the directions from b to f and to another view.
@@ -23,7 +23,7 @@
 
 namespace lumatlas {
 
-// Where the paper's measure departs from the print; with every departure off it is the paper to the letter.
+// The departures of the paper's measure from the print. With all of them off it is the paper to the letter.
 struct CoverageDepartures {
   // Which views gamma compares a stored view with.
   enum class Comparison {
@@ -46,7 +46,7 @@ struct CoverageOptions {
     paper,       // the paper's, with the departures below
   };
   Metric metric = Metric::directions;
-  CoverageDepartures departures;  // of Metric::paper; bounded_share of both
+  CoverageDepartures departures;  // for Metric::paper; bounded_share for both
   double lambda = 0.35;           // weight of direction against position, [0, 1]
   // d_max, scene units, > 0. No number fits every scene, so that 0, the default, is refused: take for instance
   // median_surface_distance(), as build_model() does. A cell with demand has its own.
@@ -55,9 +55,8 @@ struct CoverageOptions {
   std::uint32_t max_references = 16;  // R_max per cell, >= 1
   double max_cell_coverage = 0;       // fcov_max of Metric::paper, > 0; 0: max_references / 2
   static constexpr std::uint32_t kMostViewsPerDirection = 8;
-  // Of Metric::directions.
-  // A cell counts by its share of the pictures of all offered views, and d_max is the distance that they see it from;
-  // off: cells count alike, and d_max is one for all. See cell_demand.h.
+  // For Metric::directions: a cell counts by its share of the pictures of all offered views, and d_max is the distance
+  // that they see it from. Off: cells count alike, and d_max is one for all. See cell_demand.h.
   bool demand = true;
   double demand_prior = 10;       // views that do not see a cell, added to those that do; finite, >= 0
   std::uint32_t directions = 32;  // novel directions per cell, >= 1
@@ -70,7 +69,7 @@ struct CoverageOptions {
   [[nodiscard]] static CoverageOptions printed();
 };
 
-// Whether what a cell is worth depends on all offered views that see it.
+// Returns whether a cell's value depends on all offered views that see it.
 [[nodiscard]] inline bool has_demand(const CoverageOptions& options) {
   return options.demand && options.metric == CoverageOptions::Metric::directions;
 }
@@ -83,9 +82,9 @@ struct Contribution {
   glm::dvec3 direction{0.0};  // unit, from the cell's centroid to the camera
   double positional =
       0;                // cov_p at CoverageOptions::ideal_distance, in [0, 1]; with an unbounded share it can exceed 1
-  double distance = 0;  // from the centroid to the camera, scene units; 0: the view is nobody's demand
+  double distance = 0;  // from the centroid to the camera, scene units; 0: the view asks for no cell
   double cell_share = 0;     // pix_vis / pix_total, at most 1 if that is bounded
-  double picture_share = 0;  // of the picture's pixels, in [0, 1]
+  double picture_share = 0;  // share of the picture's pixels, in [0, 1]
 };
 
 // Throws std::invalid_argument naming the field, its value and the rule that it breaks. A direction of no length is one

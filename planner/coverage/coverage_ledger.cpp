@@ -150,20 +150,20 @@ void CoverageLedger::change_cells(std::span<const CellPart> parts, const Change&
 }
 
 void CoverageLedger::ask(std::span<const CellPart> parts) {
-  count_asked(parts, false);
+  count_demand(parts, DemandChange::add);
 }
 
 void CoverageLedger::unask(std::span<const CellPart> parts) {
-  count_asked(parts, true);
+  count_demand(parts, DemandChange::remove);
 }
 
-void CoverageLedger::count_asked(std::span<const CellPart> parts, bool take_back) {
+void CoverageLedger::count_demand(std::span<const CellPart> parts, DemandChange change) {
   require_cells(parts);
   if (!has_demand_) return;
   Changes changes(loss_.size());
   tbb::parallel_for(std::size_t{0}, kParts, [&](std::size_t i) {
     for (const CellPart& entry : part_of(parts, i)) {
-      changes.rises[i] += coverage_->ask(entry.cell, entry.part, take_back, changes.losses[i]);
+      changes.rises[i] += coverage_->change_demand(entry.cell, entry.part, change, changes.losses[i]);
     }
   });
   add(changes);

@@ -78,7 +78,7 @@ class CoverageLedger {
   void require_cells(std::span<const CellPart> parts) const;
   void require_slots(std::span<const std::uint32_t> slots) const;
   void add(const Changes& changes);
-  void count_asked(std::span<const CellPart> parts, bool take_back);
+  void count_demand(std::span<const CellPart> parts, DemandChange change);
   template <typename Change>
   void change_cells(std::span<const CellPart> parts, const Change& change);
 

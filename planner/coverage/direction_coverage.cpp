@@ -137,7 +137,7 @@ void DirectionCoverage::qualities(std::uint32_t cell, const Member& member, cons
   for (std::size_t s = 0; s < directions.size(); ++s) quality_by_direction[s] = quality(member, directions[s], kernel);
 }
 
-// By how much a view of that quality would raise the value of one direction, whose best views are `best`.
+// Returns by how much a view of that quality would raise the value of one direction, whose best views are `best`.
 double DirectionCoverage::rise(std::span<const Served> best, float quality) const {
   const std::size_t ranks = rank_value_.size();
   std::size_t j = 0;
@@ -202,7 +202,7 @@ double DirectionCoverage::gain_over(std::span<const Served> best, std::span<cons
     sum += gain;
     if (corrections.empty()) continue;
     std::copy(served.begin() + 1, served.end(), others.begin());
-    for (std::size_t j = 0; j < ranks && served[j].slot != kNobody; ++j) {
+    for (std::size_t j = 0; j < ranks && served[j].slot != kNoSlot; ++j) {
       // `others` is `served` without its j-th.
       corrections[served[j].slot] += scale * (rise(std::span(others).first(ranks), quality[s]) - gain);
       others[j] = served[j];
@@ -217,7 +217,7 @@ void DirectionCoverage::losses_of(std::span<const Served> best, double factor, s
     double loss = 0;  // if the j-th leaves, those behind it move up by one rank
     for (std::size_t j = rank_value_.size(); j-- > 0;) {
       loss += rank_value_[j] * (best[first + j].quality - best[first + j + 1].quality);
-      if (best[first + j].slot != kNobody) losses[best[first + j].slot] += factor * loss / options_.directions;
+      if (best[first + j].slot != kNoSlot) losses[best[first + j].slot] += factor * loss / options_.directions;
     }
   }
 }
@@ -225,7 +225,7 @@ void DirectionCoverage::losses_of(std::span<const Served> best, double factor, s
 double DirectionCoverage::do_gain(std::uint32_t cell, const Contribution& part, std::span<const std::uint8_t>,
                                   std::span<double> corrections) const {
   thread_local std::vector<float> quality;
-  qualities(cell, member(cell, kNobody, part), value_kernel_, quality);
+  qualities(cell, member(cell, kNoSlot, part), value_kernel_, quality);
   return gain_over(cells_[cell].best, quality, cells_[cell].weight, corrections);
 }
 
@@ -240,19 +240,19 @@ double DirectionCoverage::do_value_by_definition(std::uint32_t cell, std::span<c
   });
   if (newcomer) {
     std::vector<float> quality;
-    qualities(cell, member(cell, kNobody, *newcomer), value_kernel_, quality);
+    qualities(cell, member(cell, kNoSlot, *newcomer), value_kernel_, quality);
     for (std::size_t s = 0; s < quality.size(); ++s) {
-      admit(std::span(best).subspan(s * kept_, kept_), {quality[s], kNobody});
+      admit(std::span(best).subspan(s * kept_, kept_), {quality[s], kNoSlot});
     }
   }
   return cells_[cell].weight * value_of(best);
 }
 
-double DirectionCoverage::do_ask(std::uint32_t cell, const Contribution& part, bool take_back,
-                                 std::span<double> losses) {
+double DirectionCoverage::do_change_demand(std::uint32_t cell, const Contribution& part, DemandChange change,
+                                           std::span<double> losses) {
   State& state = cells_[cell];
   const double value_before = value(cell), weight_before = state.weight;
-  take_back ? state.demand.remove(part) : state.demand.add(part);
+  change == DemandChange::remove ? state.demand.remove(part) : state.demand.add(part);
   state.weight = state.demand.weight(options_.demand_prior);
   const double ideal_distance = state.demand.ideal_distance();
   if (ideal_distance == state.ideal_distance) {

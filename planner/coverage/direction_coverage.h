@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Coverage of cells as the renderer will need it: how well the novel directions above a cell are served by the views
-// that see it. In place of the sum over views of Erat et al. 2019, section 3.2.
+// Measures how well the views that see a cell serve the novel directions above it, as the renderer will need them. It
+// replaces the sum over views of Erat et al. 2019, section 3.2.
 //
 //   q(f, s)    = cov_p(f) (lambda k(f, s) + 1 - lambda)       how well view f serves novel direction s, in [0, 1]
 //   k(f, s)    = max(0, 1 - (1 - cos angle(f, s)) / (1 - cos direction_width))
@@ -13,17 +13,17 @@
 // normal.
 //
 // A set of views in a different order is worth the same, a view more never makes it worth less, and what a view adds
-// falls as others come: with the same demand value(), and so scov, is monotone submodular. For such a measure choosing
-// offline by greedy selection reaches 1 - 1/e of the optimum (Nemhauser et al. 1978), and online with exchanges a
-// quarter of it, if an exchange must gain scov / N, whatever gains at all is taken while there is room, and views are
-// bounded by number alone (Buchbinder, Feldman, Schwartz 2015): PlannerOptions::min_exchange_gain. That is for a
-// measure that stays as it is, as it does without demand.
+// falls as others come: with the same demand value(), and so scov, is monotone submodular. For such a measure greedy
+// selection offline reaches 1 - 1/e of the optimum (Nemhauser et al. 1978). Online selection with exchanges reaches a
+// quarter of it (Buchbinder, Feldman, Schwartz 2015), under these conditions: an exchange must gain scov / N
+// (PlannerOptions::min_exchange_gain), any view with a gain is taken while there is room, views are bounded by number
+// alone, and the measure stays as it is, as it does without demand.
 //
 // All stored views that see a cell count, not its references alone. Those are chosen by the same measure with a
 // narrower k of more weight (reference_width, reference_lambda), since the renderer looks for the nearest directions
 // among them: a newcomer takes the place of the reference that is missed least.
 //
-// What a reference less costs is judged where pictures will be asked for, at the stored cameras that see the cell:
+// The cost of removing a reference is judged where pictures will be asked for, at the stored cameras that see the cell:
 //
 //   service(b) = w(b) mean over these cameras' directions c of  sum_j v_j p_j(c)
 //   p(f, c)    = cov_p(f) (lambda max(0, 1 - angle(f, c) / direction_width) + 1 - lambda)
@@ -53,7 +53,7 @@ struct CellFrame {
 
 class DirectionCoverage final : public CellCoverage {
  public:
-  // As make_cell_coverage(); `min_reference_gain`: in cells.
+  // Like make_cell_coverage(). `min_reference_gain` is in cells.
   DirectionCoverage(const Surface& surface, const CoverageOptions& options, double min_reference_gain);
 
   // Forgets the members that are among the best K + 1 of no direction, which changes no value: at most
@@ -71,7 +71,8 @@ class DirectionCoverage final : public CellCoverage {
   void do_add_losses(std::uint32_t cell, double factor, std::span<double> losses) const override;
   [[nodiscard]] double do_value_by_definition(std::uint32_t cell, std::span<const std::uint32_t> gone,
                                               const Contribution* newcomer) const override;
-  double do_ask(std::uint32_t cell, const Contribution& part, bool take_back, std::span<double> losses) override;
+  double do_change_demand(std::uint32_t cell, const Contribution& part, DemandChange change,
+                          std::span<double> losses) override;
   [[nodiscard]] double do_weight(std::uint32_t cell) const override { return cells_[cell].weight; }
   void do_insert(std::uint32_t cell, std::uint32_t slot, const Contribution& part) override;
   void do_erase(std::uint32_t cell, std::uint32_t slot) override;
@@ -92,12 +93,12 @@ class DirectionCoverage final : public CellCoverage {
   };
   struct Served {
     float quality = 0;
-    std::uint32_t slot = kNobody;
+    std::uint32_t slot = kNoSlot;
   };
-  static constexpr std::uint32_t kNobody = ~0u;
+  static constexpr std::uint32_t kNoSlot = ~0u;
   struct State {
     std::vector<Member> members;
-    // Of each novel direction the best K + 1 views, best first; empty until a view sees the cell.
+    // The best K + 1 views of each novel direction, best first; empty until a view sees the cell.
     std::vector<Served> best;
     double value = 0;  // before the weight
     CellDemand demand;

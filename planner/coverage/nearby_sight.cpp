@@ -17,14 +17,14 @@ namespace lumatlas {
 
 namespace {
 
-constexpr float kSmooth = 0.05f;  // of the nearer depth: neighbours that differ by no more show one surface
+constexpr float kSmooth = 0.05f;  // share of the nearer depth: neighbours that differ by no more show one surface
 
 // Depth of a view's image between its pixels' centres.
 class DepthImage {
  public:
   explicit DepthImage(const StoredView& view) : view_(view) {}
 
-  // Nothing outside of the image.
+  // Returns nothing outside the image.
   [[nodiscard]] std::optional<std::size_t> pixel_at(const glm::dvec2& image) const {
     if (!(image.x >= 0 && image.y >= 0 && image.x < view_.camera.width && image.y < view_.camera.height)) return {};
     return static_cast<std::size_t>(image.y) * view_.camera.width + static_cast<std::size_t>(image.x);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What a camera close to a stored view sees, from the view's depth instead of by rays.
+// Finds what a camera close to a stored view sees, from the view's depth instead of by rays.
 #pragma once
 
 #include "atlas/stored_view.h"

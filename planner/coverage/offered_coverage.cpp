@@ -46,10 +46,10 @@ void OfferedCoverage::require_cells(std::span<const CellPart> parts) const {
   }
 }
 
-void OfferedCoverage::ask(std::span<const CellPart> parts, bool take_back) {
+void OfferedCoverage::change_demand(std::span<const CellPart> parts, DemandChange change) {
   require_cells(parts);
   if (!has_demand_) return;
-  for_each_part(parts, [&](const CellPart& entry) { all_.ask(entry.cell, entry.part, take_back, {}); });
+  for_each_part(parts, [&](const CellPart& entry) { all_.change_demand(entry.cell, entry.part, change, {}); });
 }
 
 void OfferedCoverage::add(std::span<const CellPart> parts) {

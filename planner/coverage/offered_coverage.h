@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// How well the surface would be served if every view that was offered had been kept: what a store that keeps fewer is
-// measured against, by the measure of direction_coverage.h.
+// The coverage of a store that had kept every offered view, by the measure of direction_coverage.h. The real store is
+// compared with it.
 //
-// It holds numbers, no photographs, and of each cell only the views that are among the best K + 1 of some direction: at
-// most (K + 1) * CoverageOptions::directions, however long the stream is. Should a cell's ideal distance change later,
-// a view that was forgotten does not come back, so that with demand this may fall short of the truth; never below what
-// the store itself is worth, see gap().
+// It holds numbers, no photographs. For each cell it keeps only views among the best K + 1 of some direction: at most
+// (K + 1) * CoverageOptions::directions, however long the stream is. If a cell's ideal distance changes later, a
+// forgotten view does not come back. So with demand the result may be too low, but never below the value of the store
+// itself, see gap().
 #pragma once
 
 #include <cstddef>
@@ -20,25 +20,24 @@ namespace lumatlas {
 class OfferedCoverage {
  public:
   // The options must pass check(), and be of Metric::directions. Here and below, std::invalid_argument names what
-  // breaks a rule: cells of parts and stores of the surface, slots of the store.
+  // breaks a rule: cells of parts and stores of the surface, view slots of the store.
   OfferedCoverage(const Surface& surface, const CoverageOptions& options);
 
-  // What a view asks for is told here as it is told the store's ledger: CoverageLedger::ask() and unask().
-  void ask(std::span<const CellPart> parts) { ask(parts, false); }
-  void unask(std::span<const CellPart> parts) { ask(parts, true); }
+  // Add or remove the demand of a view, as the store's ledger does: CoverageLedger::ask() and unask().
+  void ask(std::span<const CellPart> parts) { change_demand(parts, DemandChange::add); }
+  void unask(std::span<const CellPart> parts) { change_demand(parts, DemandChange::remove); }
   // A view that has asked counts from here on, kept or not.
   void add(std::span<const CellPart> parts);
 
-  // By what share the store serves the novel directions worse than all views would that were added: in [0, 1], and
-  // exactly 0 for a store of all of them. `newcomer`: a view more, which has asked but is not added, and is not to be
+  // Returns by what share the store serves the novel directions worse than all added views would: in [0, 1], and
+  // exactly 0 for a store of all of them. `newcomer`: one more view, which has asked but is not added and will not be
   // kept.
   [[nodiscard]] double gap(const CoverageLedger& store, std::span<const CellPart> newcomer = {}) const;
 
-  // The same, were the view in that slot of the store taken away.
+  // The same, were the view in that view slot of the store taken away.
   [[nodiscard]] double gap_without(const CoverageLedger& store, std::uint32_t slot) const;
 
-  // As CoverageLedger::follow(). What was offered of a cell that is new is not known: it counts from there on what is
-  // added.
+  // Like CoverageLedger::follow(). A cell that is new starts without the views that were offered before.
   void follow(const Surface& surface, std::span<const std::uint32_t> previous_cell);
 
   // Views that are held of a cell, as numbers.
@@ -46,7 +45,7 @@ class OfferedCoverage {
 
  private:
   void require_cells(std::span<const CellPart> parts) const;
-  void ask(std::span<const CellPart> parts, bool take_back);
+  void change_demand(std::span<const CellPart> parts, DemandChange change);
   struct Sum {
     double all = 0, missing = 0;
     [[nodiscard]] double share() const;

@@ -12,7 +12,7 @@ namespace lumatlas {
 
 class PaperCoverage final : public CellCoverage {
  public:
-  // As make_cell_coverage(), for so many cells.
+  // Like make_cell_coverage(), for `cells` cells.
   PaperCoverage(std::size_t cells, const CoverageOptions& options, double min_reference_gain);
 
  private:
@@ -29,11 +29,11 @@ class PaperCoverage final : public CellCoverage {
   [[nodiscard]] bool is_member(std::uint32_t cell, std::uint32_t slot) const override;
 
   struct State {
-    std::vector<std::uint32_t> slots;  // of the members
+    std::vector<std::uint32_t> slots;  // the members' view slots
     std::vector<SetMember> members;
     double value = 0;
   };
-  // What adding a view to a cell's references would do.
+  // The effect of adding a view to a cell's references.
   struct Admission {
     bool admitted = false;
     std::optional<std::size_t> victim;  // index among the members

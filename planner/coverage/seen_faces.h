@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What the pixels of a view show, by runs: in less memory than a face for each pixel takes.
+// The faces that the pixels of a view show, as runs, which take less memory than a face for each pixel.
 #pragma once
 
 #include <cstddef>
@@ -9,7 +9,7 @@
 
 namespace lumatlas {
 
-// So many neighbouring pixels, row by row, that show the same cell, and a face of it; or kNoFace.
+// A run of neighbouring pixels, row by row, that show the same cell, and a face of it; or kNoFace.
 struct SeenFaces {
   std::uint32_t face;
   std::uint32_t pixels;
@@ -33,8 +33,8 @@ class FaceLookup {
 
  private:
   std::span<const SeenFaces> runs_;
-  std::vector<std::size_t> ends_;       // by run: the pixel after its last one
-  std::vector<std::size_t> first_run_;  // by row: of its first pixel
+  std::vector<std::size_t> ends_;       // one per run: the pixel after its last one
+  std::vector<std::size_t> first_run_;  // one per row: the run of its first pixel
   std::uint32_t width_;
 };
 

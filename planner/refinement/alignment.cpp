@@ -28,8 +28,8 @@ constexpr double kFewestTilePoints = 20;
 constexpr double kPlain = 1.0 / 255;  // standard deviation of luma, sRGB, below which there is no texture
 constexpr std::size_t kPointsPerTask = 256;
 
-// Where the parameters start: the given camera, and units in which a unit of each pose parameter moves the image about
-// as far as any other.
+// The starting point of the parameters: the given camera, and units in which a unit of each pose parameter moves the
+// image about as far as any other.
 struct Frame {
   Camera camera;
   double depth = 1;  // median of the points
@@ -47,20 +47,20 @@ Eigen::Matrix<double, kPoseParameters, 1> pose_of(const Frame& frame, const Came
   return {turn.x, turn.y, turn.z, shift.x / frame.depth, shift.y / frame.depth, shift.z / frame.depth};
 }
 
-// Where a photograph shows a point.
-struct Place {
+// The position of a point in a photograph.
+struct ImagePoint {
   glm::dvec3 cam;
   glm::dvec2 image;
 };
 
-// Nothing behind the camera, outside of the image, or where the photograph has no colour.
-std::optional<Place> place_of(const Camera& camera, const Pyramid& photograph, const glm::dvec3& position) {
+// Returns nothing behind the camera, outside the image, or where the photograph has no colour.
+std::optional<ImagePoint> image_point(const Camera& camera, const Pyramid& photograph, const glm::dvec3& position) {
   const glm::dvec3 cam = camera.cam_from_world(position);
   if (!(cam.z > 0)) return std::nullopt;
   const glm::dvec2 image = camera.image_from_cam(cam);
   const bool inside = image.x >= 0 && image.y >= 0 && image.x < camera.width && image.y < camera.height;
   if (!inside || !photograph.is_valid(image)) return std::nullopt;
-  return Place{cam, image};
+  return ImagePoint{cam, image};
 }
 
 // How much a difference from the targets' colours counts at a level, by channel: the same for every pose and exposure.
@@ -76,7 +76,7 @@ std::vector<glm::dvec3> slopes_at(const std::vector<glm::vec3>& colors) {
   return slopes;
 }
 
-// What is aligned to what; the gain is what the exposure starts from.
+// The targets and the photograph that is aligned to them; `gain` is the starting exposure.
 struct Problem {
   glm::dvec3 gain;
   const Pyramid& photograph;
@@ -98,7 +98,7 @@ struct Problem {
   }
 };
 
-// What is minimised at one level: TinySolver's cost function.
+// The cost function of TinySolver at one level.
 class Disagreement {
  public:
   using Scalar = double;
@@ -188,8 +188,8 @@ class Disagreement {
     tbb::parallel_for(tbb::blocked_range<std::size_t>(0, seen_.size(), kPointsPerTask),
                       [&](const tbb::blocked_range<std::size_t>& range) {
                         for (std::size_t point = range.begin(); point != range.end(); ++point) {
-                          const std::optional<Place> place =
-                              place_of(frame_.camera, photograph_, targets_.positions[point]);
+                          const std::optional<ImagePoint> place =
+                              image_point(frame_.camera, photograph_, targets_.positions[point]);
                           if (place) seen_[point] = photograph_.color(level_, place->image);
                         }
                       });
@@ -197,15 +197,15 @@ class Disagreement {
 
   void point_rows(const Camera& camera, const glm::dvec3& gain, const double* pose, std::size_t point, bool robust,
                   double* residuals, double* jacobian) const {
-    std::optional<Place> place;
+    std::optional<ImagePoint> place;
     std::optional<ColorSample> sample;
     if (options_.pose) {
-      place = place_of(camera, photograph_, targets_.positions[point]);
+      place = image_point(camera, photograph_, targets_.positions[point]);
       if (place) sample = photograph_.sample(level_, place->image);
     } else if (seen_[point]) {
       sample = ColorSample{*seen_[point], {}, {}};
     }
-    if (!sample) {  // as bad as any outlier, so that nothing is won by turning away
+    if (!sample) {  // counts like any outlier, so that turning away gains nothing
       for (std::size_t channel = 0; channel < 3; ++channel) {
         residuals[3 * point + channel] = tukey(kTukeyCutoff).value;
       }
@@ -227,7 +227,7 @@ class Disagreement {
     }
   }
 
-  // By the chain rule from the image gradient: d image / d cam, then d cam / d pose.
+  // Applies the chain rule to the image gradient: d image / d cam, then d cam / d pose.
   void pose_columns(const glm::dvec3& cam, const double* pose, const glm::dvec2& gradient, std::size_t row,
                     double* jacobian) const {
     const auto rows = static_cast<std::size_t>(NumResiduals());
@@ -276,7 +276,7 @@ glm::dvec3 median_ratio(const Camera& camera, const Pyramid& photograph, const A
                         std::uint32_t level, bool per_channel) {
   std::vector<double> ratios[3];
   for (std::size_t point = 0; point < targets.positions.size(); ++point) {
-    const std::optional<Place> place = place_of(camera, photograph, targets.positions[point]);
+    const std::optional<ImagePoint> place = image_point(camera, photograph, targets.positions[point]);
     if (!place) continue;
     const glm::dvec3 color = photograph.color(level, place->image);
     const glm::dvec3 target(targets.colors[level][point]);
@@ -329,15 +329,15 @@ double luma(const glm::dvec3& linear) {
   return 0.299 * srgb(linear.r) + 0.587 * srgb(linear.g) + 0.114 * srgb(linear.b);
 }
 
-// Of luma, in each of kTiles x kTiles parts of the picture by itself: the upper quartile. Half a picture of leaves
-// lowers it little, a wrong pose spoils it everywhere. Parts that are plain in both, such as a painted wall, say
-// nothing.
+// Returns the upper quartile of the luma's correlations in kTiles x kTiles parts of the picture. Half a picture of
+// leaves lowers it little, a wrong pose spoils it everywhere. Parts that are plain in both, such as a painted wall, do
+// not count.
 std::optional<double> correlation(const Camera& camera, const glm::dvec3& gain, const Pyramid& photograph,
                                   const AlignmentTargets& targets) {
   const std::uint32_t level = photograph.level_near(kCorrelationPx);
   std::array<CorrelationSums, std::size_t{kTiles} * kTiles> tiles;
   for (std::size_t point = 0; point < targets.positions.size(); ++point) {
-    const std::optional<Place> place = place_of(camera, photograph, targets.positions[point]);
+    const std::optional<ImagePoint> place = image_point(camera, photograph, targets.positions[point]);
     if (!place) continue;
     const auto column = static_cast<std::size_t>(place->image.x * kTiles / camera.width);
     const auto row = static_cast<std::size_t>(place->image.y * kTiles / camera.height);
@@ -372,7 +372,7 @@ struct Placed {
   Camera camera;
   glm::dvec3 gain{1.0};
   double noise = 0;     // that it leaves, of the differences at the finest level
-  double residual = 0;  // by a noise that is the same for all that are compared
+  double residual = 0;  // relative to a noise that is the same for all that are compared
 };
 
 // Depends on the camera and the gain alone: pose and exposure are taken as they are.

@@ -5,9 +5,9 @@
 //   J(f) = sum_j m(E_f e_f(pr(X_j, f)) - c_j)         m: Tukey's biweight, c_j: linear colour of X_j
 //
 // Departures from the print: Levenberg-Marquardt over pose and exposure together, coarse to fine, instead of optical
-// flow alternating with exposure (the alternation converges to the same minimum, slower); a difference in linear light
-// counts as much as it changes the sRGB value, as in the score and in the eye; and a weak pull towards the given pose,
-// so that what the photographs leave open (sliding along a plain wall) stays where it was.
+// flow alternating with exposure. The alternation converges to the same minimum, but slower. A difference in linear
+// light counts as much as it changes the sRGB value, as in the score and in the eye. A weak pull towards the given pose
+// keeps motions that the photographs leave open (sliding along a plain wall) at 0.
 #pragma once
 
 #include <cstdint>
@@ -35,19 +35,19 @@ struct AlignmentOptions {
   double max_move = 0.06;      // a pose is not accepted if the points' median displacement in the image is above this
                                // share of its longer side, > 0
   double least_improvement = 0.05;  // nor if it lowers the residual by less than this share, [0, 1)
-  // A search that starts at an accepted pose other than the given one leaves it there unless the points' median
-  // displacement in the image is at least so many pixels, finite and >= 0: less cannot be seen, and noise never ends.
+  // A search that starts at an accepted pose other than the given one keeps that pose, unless the points' median
+  // displacement in the image is at least this many pixels, finite and >= 0. Less cannot be seen, and noise never ends.
   double least_move_px = 0.1;
   double prior = 4;                   // strength of the pull towards the given pose, >= 0
-  std::uint32_t levels = 16;          // of the pyramid at most, the finest ones, >= 1
+  std::uint32_t levels = 16;          // levels of the pyramid at most, the finest ones, >= 1
   std::uint32_t max_iterations = 10;  // per level, >= 1
-  bool correlation = true;            // whether Alignment::correlation is asked for
+  bool correlation = true;            // compute Alignment::correlation
 };
 
 // Throws std::invalid_argument naming the field, its value and the rule that it breaks.
 void check(const AlignmentOptions& options);
 
-// Whether align() looks at the targets' colours at this level of the pyramid.
+// Returns whether align() looks at the targets' colours at this level of the pyramid.
 [[nodiscard]] bool needs_level(const AlignmentOptions& options, const Pyramid& photograph, std::uint32_t level);
 
 // Fewer points than this say nothing about a pose.
@@ -65,12 +65,12 @@ struct Alignment {
   double residual_exposed = 0;
   double residual_start = 0;
   double residual = 0;
-  // The share of residual_exposed by which the pose that the search found has less, whether it was accepted or not;
-  // below 0 if it has more, 0 if nobody searched.
+  // The share of residual_exposed by which the pose that the search found has less, accepted or not. Below 0 if it has
+  // more, 0 without a search.
   double found_improvement = 0;
-  // How well photograph and colours agree in the parts of the picture where they agree best: see alignment.cpp. [-1, 1]
-  // None: there is no part with points enough and texture in either, so that nothing speaks for the pose or against it;
-  // or nobody asked.
+  // How well photograph and colours agree in the parts of the picture where they agree best: see alignment.cpp. [-1,
+  // 1]. None if no part has points and texture enough in both, so that nothing speaks for or against the pose, or if it
+  // was not asked for.
   std::optional<double> correlation;
 };
 

@@ -126,7 +126,7 @@ Eigen::Index BlockFactor::size(std::size_t tile) const {
   return std::min(kTile, kBlock * static_cast<Eigen::Index>(order_.size()) - first(tile));
 }
 
-// Where a tile's rows begin in a panel.
+// Returns the row of a panel at which a tile begins.
 Eigen::Index BlockFactor::row_in(std::size_t panel, std::size_t tile) const {
   if (tile == panel) return 0;
   const std::vector<std::size_t>& rows = panels_[panel].rows;

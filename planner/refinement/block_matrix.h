@@ -63,7 +63,7 @@ class BlockFactor {
  private:
   // A column of tiles: its square on the diagonal, above the tiles below that are not 0.
   struct Panel {
-    std::vector<std::size_t> rows;  // of tiles below the diagonal, ascending
+    std::vector<std::size_t> rows;  // rows of tiles below the diagonal, ascending
     Eigen::MatrixXd tiles;
   };
 
@@ -74,7 +74,7 @@ class BlockFactor {
   [[nodiscard]] Eigen::Index size(std::size_t tile) const;
   [[nodiscard]] Eigen::Index row_in(std::size_t panel, std::size_t tile) const;
 
-  std::vector<std::size_t> order_;  // by place: the block that stands there
+  std::vector<std::size_t> order_;  // for each position, the block that stands there
   std::vector<Panel> panels_;
   std::size_t products_ = 0;
 };

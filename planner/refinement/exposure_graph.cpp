@@ -133,7 +133,7 @@ const std::vector<double>& ExposureGraph::log_gains(bool white_balance, int chan
   Solutions& solutions = solutions_[white_balance ? static_cast<std::size_t>(channel) : 3];
   Eigen::VectorXd logs = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(graph.slots.size()));
   for (std::size_t system = 0; system < kSystems; ++system) {
-    const NormalEquations equations = normal_equations(graph, system == 0 ? nullptr : &logs);  // of the system before
+    const NormalEquations equations = normal_equations(graph, system == 0 ? nullptr : &logs);  // from the system before
     if (!solutions[system].empty()) logs = gathered(solutions[system], graph.slots);
     if (!graph.slots.empty()) looks_ += graph.edges.size() * improve(equations, logs);
     solutions[system] = scattered(logs, graph.slots, ratios_.size());

@@ -13,8 +13,8 @@
 // again whenever a view comes or goes spreads such errors over all of them, as panorama stitchers do (Brown and Lowe
 // 2007, section 6). The small e keeps the mean of the logarithms near 0, so a stream as a whole grows neither brighter
 // nor darker. The minimum is looked for by reweighting least squares a fixed number of times. Each of these linear
-// systems is solved by conjugate gradients that begin at its solution of the last time, so that a view that comes or
-// goes costs a few looks at all ratios: time grows with their number and not with the cube of the views'.
+// systems is solved by conjugate gradients that begin at its last solution. So a view that comes or goes costs a few
+// passes over all ratios: time grows with their number, not with the cube of the number of views.
 #pragma once
 
 #include <array>
@@ -32,29 +32,27 @@ class ExposureGraph {
  public:
   explicit ExposureGraph(std::uint32_t slots);
 
-  // The ratios of a view to others, in place of those that it was given before. Each must be finite
-  // (std::invalid_argument); otherwise nothing is changed.
+  // Replaces the ratios of a view to others. Each must be finite (std::invalid_argument); otherwise nothing is changed.
   void set(std::uint32_t slot, std::span<const ExposureRatio> ratios);
-  // Forgets every ratio that the slot is part of.
+  // Forgets every ratio that the view slot is part of.
   void erase(std::uint32_t slot);
 
-  // Gains by slot, positive; 1 for a slot without ratios. `white_balance`: each channel for itself, else all alike.
-  // Their logarithms are those of the exact solution of the last linear system to 1e-6, and mostly
-  // to far less.
+  // Gains by view slot, positive; 1 for a slot without ratios. `white_balance`: each channel for itself, else all
+  // alike. Their logarithms are those of the exact solution of the last linear system to 1e-6, and mostly to far less.
   [[nodiscard]] std::vector<glm::dvec3> solve(bool white_balance);
 
-  // How many times all calls of solve() have looked at a ratio: what their time grows with.
+  // Returns how often all calls of solve() have read a ratio, which their time grows with.
   [[nodiscard]] std::uint64_t looks() const { return looks_; }
 
  private:
   static constexpr std::size_t kSystems = 5;  // least squares without weights, then reweighted
-  // One channel's last solution of each system, ln gains by slot; empty at first.
+  // One channel's last solution of each system, ln gains by view slot; empty at first.
   using Solutions = std::array<std::vector<double>, kSystems>;
 
   [[nodiscard]] const std::vector<double>& log_gains(bool white_balance, int channel);
 
-  std::vector<std::vector<ExposureRatio>> ratios_;  // by slot
-  std::array<Solutions, 4> solutions_;              // by channel, and of luminance
+  std::vector<std::vector<ExposureRatio>> ratios_;  // one per view slot
+  std::array<Solutions, 4> solutions_;              // one per channel, and luminance
   std::uint64_t looks_ = 0;
 };
 

@@ -13,11 +13,11 @@ namespace {
 
 constexpr std::size_t kViewsAtOnce = 32;  // bounds the memory
 
-// What one view's residuals add.
+// The terms of one view's residuals.
 struct ViewEquations {
   ViewGradient gradient;
-  // By pair (i, j <= i) of its blocks, one row after the other: which of `squares` is the pair's, from 1 on; 0: none.
-  // Most pairs of a view that has points in common with hundreds have none.
+  // For each pair (i, j <= i) of its blocks, one row after the other, the number of its square in `squares`, from 1 on;
+  // 0: none. Most pairs of a view that has points in common with hundreds have none.
   std::vector<std::uint32_t> square_of;
   std::vector<BlockSquare> squares;
 
@@ -131,10 +131,10 @@ class ViewAdder {
   std::uint32_t slot_;
   std::span<const Block> estimated_;
   std::span<const std::size_t> block_of_;
-  std::vector<std::size_t> local_;                      // by block of the whole problem: which of the view's it is
-  std::array<std::pair<std::size_t, Block>, 6> entry_;  // of a row: three views and three lenses at most
+  std::vector<std::size_t> local_;                      // for each block of the whole problem, the view's block
+  std::array<std::pair<std::size_t, Block>, 6> entry_;  // a row's: three views and three lenses at most
   std::size_t entries_ = 0;
-  std::array<std::pair<std::uint32_t, ImageDerivatives>, 6> derivatives_;  // of a point
+  std::array<std::pair<std::uint32_t, ImageDerivatives>, 6> derivatives_;  // a point's
   std::size_t known_ = 0;
   ViewEquations out_;
 };

@@ -25,7 +25,7 @@ struct ViewGradient {
 struct JointEquations {
   BlockMatrix H;
   Eigen::VectorXd g;
-  std::vector<ViewGradient> of_views;  // by slot
+  std::vector<ViewGradient> of_views;  // one per view slot
 };
 
 // Returns the squares of the equations that may not be 0, whichever of the views that show a point its medians are of.
@@ -33,8 +33,8 @@ struct JointEquations {
                                          std::span<const std::size_t> block_of,
                                          const InterruptionPoint& interruption_point);
 
-// `estimated` by lens: 1 for each parameter that is, 0 for the others, whose rows and columns are 0 then. `block_of`
-// by slot: its view's block. The same bits for any number of threads.
+// `estimated` by lens: 1 for each parameter that is, 0 for the others, whose rows and columns are 0 then. `block_of` by
+// view slot: its view's block. The same bits for any number of threads.
 [[nodiscard]] JointEquations joint_equations(const JointProblem& problem, const JointState& state,
                                              const std::vector<Linearised>& linear, std::span<const Block> estimated,
                                              std::span<const std::size_t> block_of,

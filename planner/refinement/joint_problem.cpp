@@ -18,7 +18,7 @@ namespace {
 constexpr std::uint32_t kFinestPx = 1000;  // longer side: beyond, noise and compression rule the gradients
 constexpr std::size_t kHeldOut = 5;        // each such point is not fitted to
 
-// What one view shows of a point.
+// The value of a point in one view.
 struct Value {
   double color;
   std::uint32_t slot;
@@ -39,7 +39,7 @@ std::pair<Value, Value> middle_values(std::vector<Value>& values) {
 
 // Lists that each point fills again.
 struct JointProblem::Scratch {
-  std::vector<Place> places;
+  std::vector<SampledView> places;
   std::vector<ColorSample> seen;
   std::vector<Value> values;
 };
@@ -96,7 +96,7 @@ ViewPart JointProblem::part_of(const Atlas& atlas, std::uint32_t slot, const std
 
 namespace {
 
-// Whether a point of the image plane, pixels, lies in the image or at most `margin` pixels beside it.
+// Returns whether a point of the image plane, pixels, lies in the image or at most `margin` pixels beside it.
 bool is_within(const glm::dvec2& image, const Camera& camera, double margin) {
   return image.x >= -margin && image.y >= -margin && image.x < camera.width + margin &&
          image.y < camera.height + margin;
@@ -104,7 +104,7 @@ bool is_within(const glm::dvec2& image, const Camera& camera, double margin) {
 
 }  // namespace
 
-// Nothing for a point behind the camera.
+// Returns nothing for a point behind the camera.
 std::optional<glm::dvec2> JointProblem::image_of(const Linearisation& at, std::uint32_t slot,
                                                  const glm::dvec3& position) const {
   const Camera& camera = at.state.cameras[slot];
@@ -118,7 +118,7 @@ ImageDerivatives JointProblem::derivatives(const JointState& state, std::uint32_
                                            const glm::dvec3& position) const {
   ImageDerivatives result;
   const Camera& camera = state.cameras[slot];
-  const Block& q = state.shared[lens_of_[slot]];
+  const Block& q = state.lens_parameters[lens_of_[slot]];
   const glm::dvec3 cam = camera.cam_from_world(position);
   if (!(cam.z > 0)) {
     result.by_lens.setZero();
@@ -160,7 +160,7 @@ void JointProblem::find_places(const Linearisation& at, const ComparedPoint& poi
 }
 
 // That view's colour with its gain.
-ColorSample JointProblem::sample_at(const Place& place) const {
+ColorSample JointProblem::sample_at(const SampledView& place) const {
   const ComparedView& view = *views_[place.slot];
   ColorSample sample = view.pyramid.sample(place.level, place.image);
   sample.color *= view.gain;
@@ -186,7 +186,7 @@ void JointProblem::point_rows(const Linearisation& at, std::uint32_t slot, const
   const ImageDerivatives own = derivatives(at.state, slot, point.position);
   const glm::dvec3 gain = views_[slot]->gain * at.state.gain[slot];
   scratch.seen.clear();
-  for (const Place& place : scratch.places) scratch.seen.push_back(sample_at(place));
+  for (const SampledView& place : scratch.places) scratch.seen.push_back(sample_at(place));
   scratch.values.resize(scratch.seen.size());
   for (int channel = 0; channel < 3; ++channel) {
     for (std::uint32_t i = 0; i < scratch.seen.size(); ++i) {
@@ -217,7 +217,7 @@ void JointProblem::point_rows(const Linearisation& at, std::uint32_t slot, const
 std::vector<Linearised> JointProblem::linearise(const JointState& state, std::vector<ComparedPoint> ViewPart::*points,
                                                 std::uint32_t coarser, double noise, bool robust) const {
   Linearisation at{state, {}, coarser, noise, robust};
-  for (const Block& q : state.shared) at.corrections.push_back(correction_of(q));
+  for (const Block& q : state.lens_parameters) at.corrections.push_back(correction_of(q));
   std::vector<Linearised> all(parts_.size());
   tbb::parallel_for(std::size_t{0}, parts_.size(), [&](std::size_t slot) {
     if (!views_[slot]) return;

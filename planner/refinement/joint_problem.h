@@ -32,7 +32,7 @@ inline constexpr int kPose = 6;  // parameters of a view's pose, before its gain
 // Another view that shows a point.
 struct Observation {
   std::uint32_t slot;
-  double level;  // of its pyramid whose pixels are as large on the surface as the own photograph's at level 0
+  double level;  // the pyramid level whose pixels are as large on the surface as the own photograph's at level 0
 };
 
 struct ComparedPoint {
@@ -40,20 +40,20 @@ struct ComparedPoint {
   std::vector<Observation> others;
 };
 
-// What is fixed about a view,
+// The parts of a view that do not change.
 struct ViewPart {
   std::vector<ComparedPoint> points;    // that are fitted to
-  std::vector<ComparedPoint> held_out;  // by which the fit is judged
+  std::vector<ComparedPoint> held_out;  // points that judge the fit
   double depth = 1;                     // median of the points
   std::uint32_t level = 0;              // the finest that is used
 };
 // and what is refined.
 struct JointState {
-  std::vector<Block> shared;    // by lens
-  std::vector<Camera> cameras;  // by slot, with the given intrinsics
-  // By slot, factor on the view's gain where it is compared with the others' colours. Those colours have the gains that
-  // the views came with: else the differences would fall if all views grew darker. Freed, with their mean held, gains
-  // left poses as far from the truth as this (walks of 24 views, 3 pixels of error, up to a stop of exposure).
+  std::vector<Block> lens_parameters;  // one per lens
+  std::vector<Camera> cameras;         // one per view slot, with the given intrinsics
+  // One per view slot: a factor on the view's gain where it is compared with the others' colours. Those colours have
+  // the gains that the views came with; otherwise the differences would fall if all views grew darker. Free gains with
+  // a fixed mean left poses as far from the truth (walks of 24 views, 3 pixels of error, up to a stop of exposure).
   std::vector<double> gain;
 };
 
@@ -68,8 +68,8 @@ struct Linearised {
   Eigen::VectorXd r;
   BlockRows J;
   BlockRows D;                                   // at fixed targets
-  std::vector<std::array<TargetTerm, 2>> terms;  // by row: d r / d image, to be subtracted
-  // By point: whether the view and another one show it. Where not, the residuals are those of an outlier.
+  std::vector<std::array<TargetTerm, 2>> terms;  // one per row: d r / d image, to be subtracted
+  // For each point, whether both the view and another one show it. If not, the residuals are those of an outlier.
   std::vector<bool> compared;
 };
 
@@ -81,33 +81,35 @@ struct ImageDerivatives {
 
 class JointProblem {
  public:
-  // See JointInput. `lens_of` by slot. What the spans show must outlive this object.
+  // See JointInput. `lens_of` by view slot. What the spans show must outlive this object.
   JointProblem(const Atlas& atlas, std::span<const std::optional<ComparedView>> views,
                std::span<const std::vector<SurfaceSample>> samples, std::vector<std::size_t> lens_of,
                std::size_t most_points, InterruptionPoint interruption_point);
 
-  [[nodiscard]] const std::vector<ViewPart>& parts() const { return parts_; }  // by slot; no points: it takes no part
+  [[nodiscard]] const std::vector<ViewPart>& parts() const {
+    return parts_;
+  }  // one per view slot; no points: it takes no part
   [[nodiscard]] bool has_view(std::size_t slot) const { return views_[slot].has_value(); }
   [[nodiscard]] std::size_t lens_of(std::size_t slot) const { return lens_of_[slot]; }
 
-  // By slot, of the points that are fitted to or of those held out, `coarser` levels above the finest that is used.
-  // `noise`: of the differences, sRGB.
+  // Returns the linearised residuals by view slot, for the points that are fitted to or those held out, `coarser`
+  // levels above the finest that is used. `noise`: of the differences, sRGB.
   [[nodiscard]] std::vector<Linearised> linearise(const JointState& state, std::vector<ComparedPoint> ViewPart::*points,
                                                   std::uint32_t coarser, double noise, bool robust) const;
   [[nodiscard]] ImageDerivatives derivatives(const JointState& state, std::uint32_t slot,
                                              const glm::dvec3& position) const;
 
  private:
-  // Of the state that is linearised.
+  // The values at which the state is linearised.
   struct Linearisation {
     const JointState& state;
-    std::vector<LensCorrection> corrections;  // by lens
+    std::vector<LensCorrection> corrections;  // one per lens
     std::uint32_t coarser;
     double noise;
     bool robust;
   };
-  // Where another view shows a point, and the level of its pyramid.
-  struct Place {
+  // The view that also shows a point, and the level of its pyramid.
+  struct SampledView {
     std::uint32_t slot, level;
     glm::dvec2 image;
   };
@@ -118,7 +120,7 @@ class JointProblem {
   [[nodiscard]] std::optional<glm::dvec2> image_of(const Linearisation& at, std::uint32_t slot,
                                                    const glm::dvec3& position) const;
   void find_places(const Linearisation& at, const ComparedPoint& point, std::uint32_t level, Scratch& scratch) const;
-  [[nodiscard]] ColorSample sample_at(const Place& place) const;
+  [[nodiscard]] ColorSample sample_at(const SampledView& place) const;
   void point_rows(const Linearisation& at, std::uint32_t slot, const ComparedPoint& point, std::size_t index,
                   Scratch& scratch, Linearised& out) const;
 

@@ -13,7 +13,7 @@ namespace lumatlas {
 
 namespace {
 
-constexpr double kRidge = 1e-7;  // of the normal matrix' mean diagonal: for views that nothing else holds
+constexpr double kRidge = 1e-7;  // share of the normal matrix' mean diagonal: for views that nothing else holds
 constexpr int kAttempts = 4;     // at a step that lowers the cost
 constexpr double kLeastDamping = 0.01, kDampingFactor = 30;
 constexpr double kMostLost = 0.1;  // share of the compared points that a step may lose
@@ -72,12 +72,12 @@ JointSolver::JointSolver(const JointInput& input, const JointOptions& options)
   for (std::size_t slot = 0; slot < views_.size(); ++slot) {
     if (views_[slot]) block_of_[slot] = blocks_++;
   }
-  state_.shared.assign(slots_of_lenses_.size(), Block::Zero());
+  state_.lens_parameters.assign(slots_of_lenses_.size(), Block::Zero());
   state_.gain.assign(views_.size(), 1);
   terms_.assign(slots_of_lenses_.size(), Terms{});
 }
 
-// By slot, from the cameras of the stored views, which the state gets.
+// Finds the lens of each view slot from the cameras of the stored views, which the state gets.
 std::vector<std::size_t> JointSolver::found_lenses() {
   state_.cameras.resize(views_.size());
   std::vector<std::size_t> lens_of(views_.size(), 0);
@@ -113,7 +113,7 @@ bool JointSolver::takes_more_than(std::size_t most) const {
 
 void JointSolver::set_estimated(std::size_t lens, std::size_t parameter, bool estimated) {
   terms_[lens][parameter] = estimated;
-  if (!estimated) state_.shared[lens][static_cast<Eigen::Index>(parameter)] = 0;
+  if (!estimated) state_.lens_parameters[lens][static_cast<Eigen::Index>(parameter)] = 0;
 }
 
 std::vector<Linearised> JointSolver::linearise(const JointState& state, std::vector<ComparedPoint> ViewPart::*points,
@@ -125,7 +125,7 @@ Eigen::Index JointSolver::column(std::size_t slot) const {
   return static_cast<Eigen::Index>(kBlock * block_of_[slot]);
 }
 
-// What is not estimated has the prior alone, and so stays 0.
+// A parameter that is not estimated has the prior alone, and so stays 0.
 JointEquations JointSolver::normal_equations(const JointState& state, const std::vector<Linearised>& all) const {
   std::vector<Block> estimated;
   for (const Terms& terms : terms_) {
@@ -138,7 +138,7 @@ JointEquations JointSolver::normal_equations(const JointState& state, const std:
   const Block prior = kPrior.array().square().inverse();
   for (std::size_t lens = 0; lens < slots_of_lenses_.size(); ++lens) {
     normal.H.at(lens, lens).diagonal() += prior;
-    normal.g.segment<kBlock>(lens_column(lens)) += prior.cwiseProduct(state.shared[lens]);
+    normal.g.segment<kBlock>(lens_column(lens)) += prior.cwiseProduct(state.lens_parameters[lens]);
   }
   add_pulls(state, normal);
   return normal;
@@ -156,8 +156,9 @@ double JointSolver::pull_of(const JointState& state, std::uint32_t slot) const {
   return pose_pull(options_.alignment, state.cameras[slot], parts_[slot].points.size());
 }
 
-// As when views are aligned one by one. Without it, a change of the focal length for which all views move along their
-// axes would cost nothing, and whoever draws from the given poses would see the loss.
+// Adds the pulls towards the given poses, as when views are aligned one by one. Without them, a change of the focal
+// length for which all views move along their axes would cost nothing, and pictures drawn from the given poses would
+// show the loss.
 void JointSolver::add_pulls(const JointState& state, JointEquations& normal) const {
   const double fixed = kFixed * normal.H.trace();
   for (std::uint32_t slot = 0; slot < parts_.size(); ++slot) {
@@ -182,7 +183,7 @@ JointState JointSolver::moved_by(const JointState& from, const Eigen::VectorXd& 
   }
   for (std::size_t lens = 0; lens < slots_of_lenses_.size(); ++lens) {
     for (int i = 0; i < kBlock; ++i) {
-      if (terms_[lens][static_cast<std::size_t>(i)]) state.shared[lens][i] += step[lens_column(lens) + i];
+      if (terms_[lens][static_cast<std::size_t>(i)]) state.lens_parameters[lens][i] += step[lens_column(lens) + i];
     }
   }
   return state;
@@ -199,7 +200,7 @@ void JointSolver::measure_noise() {
 
 double JointSolver::prior_cost(const JointState& state) const {
   double sum = 0;
-  for (const Block& q : state.shared) sum += q.cwiseQuotient(kPrior).squaredNorm();
+  for (const Block& q : state.lens_parameters) sum += q.cwiseQuotient(kPrior).squaredNorm();
   for (std::uint32_t slot = 0; slot < parts_.size(); ++slot) {
     if (views_[slot]) sum += pulled(state, slot).squaredNorm();
   }

@@ -24,20 +24,20 @@ namespace lumatlas {
 
 struct JointInput {
   const Atlas& atlas;
-  // By slot, all three: the views, the poses that they came with, and the points at which a view is compared with those
-  // that a sample's cell refers to.
+  // All three by view slot: the views, the poses that they came with, and the points at which a view is compared with
+  // those that a sample's cell refers to.
   std::span<const std::optional<ComparedView>> views;
   std::span<const Camera> given;
   std::span<const std::vector<SurfaceSample>> samples;
 };
 
-// Throws std::invalid_argument if there are not as many of each as the atlas has slots, or if a sample's face is not in
-// the mesh.
+// Throws std::invalid_argument if there are not as many of each as the atlas has view slots, or if a sample's face is
+// not in the mesh.
 void check(const JointInput& input, const Requirement& requires_);
 
 struct JointOptions {
   AlignmentOptions alignment;  // its prior and max_move: how strongly poses are pulled to the given ones
-  std::size_t most_points;     // of each view, evenly taken, >= 1
+  std::size_t most_points;     // points of each view, evenly taken, >= 1
   InterruptionPoint interruption_point;
 };
 
@@ -47,19 +47,20 @@ using Terms = std::array<bool, kBlock>;
 // A step that was kept.
 struct JointStep {
   std::uint32_t coarser;  // pyramid levels above the finest one used
-  double gain;            // by how much it lowered the sum of squares: robust residuals, pulls and priors; > 0
+  double gain;            // the fall of the sum of squares: robust residuals, pulls and priors; > 0
   double damping;         // 0: the whole step of Gauss and Newton
 };
 
 class JointSolver {
  public:
-  // What the input shows must outlive this object. It starts at the views' present poses, with lenses as they are. A
-  // view with fewer than kFewestAlignmentPoints points that others show takes no part, and stays where it is.
+  // The objects that the input refers to must outlive this object. It starts at the views' present poses, with lenses
+  // as they are. A view with fewer than kFewestAlignmentPoints points that others show takes no part and stays where it
+  // is.
   JointSolver(const JointInput& input, const JointOptions& options);
   JointSolver(const JointSolver&) = delete;
   JointSolver& operator=(const JointSolver&) = delete;
 
-  // By lens, ascending by the first, the slots of the views that share it.
+  // Returns for each lens, ascending by the first view slot, the view slots that share it.
   [[nodiscard]] const std::vector<std::vector<std::uint32_t>>& slots_of_lenses() const { return slots_of_lenses_; }
   [[nodiscard]] const Camera& camera_of(std::size_t lens) const {
     return state_.cameras[slots_of_lenses_[lens].front()];
@@ -123,11 +124,11 @@ class JointSolver {
   JointState state_;
   JointProblem problem_;
   const std::vector<ViewPart>& parts_;
-  std::vector<Terms> terms_;           // by lens
-  std::vector<std::size_t> block_of_;  // by slot: of the whole problem, where there is a view
+  std::vector<Terms> terms_;           // one per lens
+  std::vector<std::size_t> block_of_;  // one per view slot: its block of the whole problem, where there is a view
   std::size_t blocks_ = 0;
-  double noise_ = 1;    // of the differences, sRGB
-  double damping_ = 0;  // of the next step
+  double noise_ = 1;    // deviation of the differences, sRGB
+  double damping_ = 0;  // for the next step
   std::vector<JointStep> steps_;
 };
 

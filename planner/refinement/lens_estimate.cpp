@@ -21,7 +21,7 @@ constexpr double kLeastCornerPx = 0.5;
 constexpr double kFurtherDeviations = 3;  // see LensEstimate::most_corner_px
 
 constexpr Terms kFirstTerms = {true, true, true, true, false, false, false};
-// What is tried then, one after the other.
+// The further terms that are tried, one after the other.
 constexpr std::array<Terms, 2> kMoreTerms = {Terms{false, false, false, false, true, false, false},
                                              Terms{false, false, false, false, false, true, true}};
 
@@ -65,10 +65,10 @@ class Estimator {
     }
   }
 
-  // Whether a parameter is more than a few deviations away from 0, and that can be seen.
+  // Returns whether a parameter is more than a few deviations away from 0, and the difference can be seen.
   [[nodiscard]] bool is_determined(std::size_t lens, int parameter, const Block& deviation) const {
     Block alone = Block::Zero();
-    alone[parameter] = solver_.state().shared[lens][parameter];
+    alone[parameter] = solver_.state().lens_parameters[lens][parameter];
     return std::abs(alone[parameter]) > kLeastDeviations * deviation[parameter] &&
            corner_move_px(correction_of(alone), solver_.camera_of(lens)) > kLeastCornerPx;
   }
@@ -77,7 +77,7 @@ class Estimator {
   void note_reach(std::size_t lens, int parameter, double deviation) {
     for (const double sign : {-1.0, 1.0}) {
       Block alone = Block::Zero();
-      alone[parameter] = solver_.state().shared[lens][parameter] + sign * kFurtherDeviations * deviation;
+      alone[parameter] = solver_.state().lens_parameters[lens][parameter] + sign * kFurtherDeviations * deviation;
       lenses_[lens].most_corner_px =
           std::max(lenses_[lens].most_corner_px, corner_move_px(correction_of(alone), solver_.camera_of(lens)));
     }
@@ -133,7 +133,7 @@ class Estimator {
       }
       const bool improves = most_improvement_[lens] >= 0.5 * least_improvement_;
       estimate.most_corner_px = improves ? lenses_[lens].most_corner_px : 0;
-      estimate.correction = correction_of(solver_.state().shared[lens]);
+      estimate.correction = correction_of(solver_.state().lens_parameters[lens]);
       estimate.deviation = {deviation[0], {deviation[1], deviation[2]}, deviation[3], deviation[4], deviation[5],
                             deviation[6]};
       estimate.residual = {before[lens], after[lens]};
@@ -148,8 +148,9 @@ class Estimator {
   double least_improvement_;
   std::size_t most_operations_;
   JointSolver solver_;
-  std::vector<LensEstimate> lenses_;      // with their slots, and nothing estimated
-  std::vector<double> most_improvement_;  // by lens: share of the residual of the points held out, of all fits tried
+  std::vector<LensEstimate> lenses_;  // with their slots, and nothing estimated
+  std::vector<double>
+      most_improvement_;  // one per lens: share of the residual of the points held out, the most of all fits tried
 };
 
 }  // namespace

@@ -1,17 +1,17 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Do the photographs ask for other lenses? For each lens a correction is estimated by Levenberg-Marquardt from how the
-// stored views disagree at surface points: focal length, principal point and k1; then k2, and then p1 and p2, each kept
-// only where the points determine it. Views whose cameras have the same size, focal lengths and principal point share a
-// lens.
+// Estimates errors of the given lenses from the photographs. For each lens a correction is estimated by
+// Levenberg-Marquardt from how the stored views disagree at surface points: focal length, principal point and k1; then
+// k2, and then p1 and p2, each kept only where the points determine it. Views whose cameras have the same size, focal
+// lengths and principal point share a lens.
 //
 // All views' poses and exposures are solved for along with it and marginalised, so a focal length that moving the
-// cameras explains as well gets a large deviation and is not believed. The colours that a view is compared with are the
-// other views' medians; they change with the correction and with those views' poses, and the derivatives say so.
+// cameras explains as well gets a large deviation and is not significant. The colours that a view is compared with are
+// the other views' medians; they change with the correction and with those views' poses, and the derivatives say so.
 //
 // Along a walk, where each view shares points with its neighbours, time and memory grow with the number of stored
 // views. Where all views share points, time grows with the cube of their number, and memory with its square: 4 MB at
-// 100 views; beyond LensOptions::most_operations nothing is solved, and that is told. How many views the atlas has room
-// for makes no difference.
+// 100 views; beyond LensOptions::most_operations nothing is solved, and the result says so. The capacity of the atlas
+// makes no difference.
 #pragma once
 
 #include <cstddef>
@@ -37,7 +37,7 @@ struct LensResidual {
 };
 
 struct LensEstimate {
-  std::vector<std::uint32_t> slots;  // of the views that share it, ascending
+  std::vector<std::uint32_t> slots;  // the views that share it, ascending
   LensCorrection correction;
   // Standard deviations of the correction's fields, 0 for those that are not estimated. The larger of two: from the
   // residuals' variance, taking the three channels of a point for one measurement; and from how the views' gradients
@@ -45,11 +45,11 @@ struct LensEstimate {
   // each other are counted twice.
   LensCorrection deviation{0, {0, 0}, 0, 0, 0, 0};
   LensResidual residual;
-  double corner_px = 0;  // by which the correction moves a corner, at most
-  // By which any field alone can move a corner, even 3 deviations further than estimated, also one that was tried and
-  // given up; 0 where no fit that was tried lowered the residual at points held out by half of what is asked for. Where
-  // it is below 0.5 px, more points are not expected to make the estimate significant, unless poses were refined with
-  // the wrong lens: they hide most of it from few points.
+  double corner_px = 0;  // the largest distance by which the correction moves a corner
+  // The most pixels by which any field alone can move a corner, even 3 deviations further than estimated, also one that
+  // was tried and given up; 0 if no fit that was tried lowered the residual at held-out points by half of
+  // LensOptions::least_improvement. Where it is below 0.5 px, more points are not expected to make the estimate
+  // significant, unless poses were refined with the wrong lens: they hide most of it from few points.
   double most_corner_px = 0;
   // The residual falls by LensOptions::least_improvement or more, and some field of more than 5 deviations moves a
   // corner by more than 0.5 px.
@@ -57,24 +57,24 @@ struct LensEstimate {
 };
 
 struct LensEstimates {
-  std::vector<LensEstimate> lenses;  // by their first slot
+  std::vector<LensEstimate> lenses;  // ascending by their first slot
   std::size_t views = 0;             // that took part
   std::size_t points = 0;            // that were fitted to
   std::size_t unknowns = 0;          // that were solved for together; 0 with no view
-  std::vector<Camera> cameras;       // by slot: intrinsics as they were, poses refined along
-  bool too_large = false;            // as PoseEstimate::too_large; no lens is significant then
+  std::vector<Camera> cameras;       // one per view slot: intrinsics as they were, poses refined along
+  bool too_large = false;            // see PoseEstimate::too_large; no lens is significant then
 
-  // Whether any of them is.
+  // Returns whether any field is significant.
   [[nodiscard]] bool significant() const;
-  // Whether, for all that these points say, an estimate from more of them could be.
+  // Returns whether more points might make the estimate significant.
   [[nodiscard]] bool undecided() const;
 };
 
 struct LensOptions {
   AlignmentOptions alignment = {};  // its prior and max_move: how strongly poses are pulled to the given ones
-  // Of each view, evenly taken, >= 1. Time grows with it, and deviations fall with its square root.
+  // Points of each view, evenly taken, >= 1. Time grows with it, and deviations fall with its square root.
   std::size_t most_points = std::numeric_limits<std::size_t>::max();
-  std::size_t most_operations = kMostStepOperations;  // as PoseOptions::most_operations
+  std::size_t most_operations = kMostStepOperations;  // see PoseOptions::most_operations
   double least_improvement = 0.01;                    // share of the residual, (0, 1): see LensEstimate::significant
   InterruptionPoint interruption_point = {};
 };

@@ -15,21 +15,21 @@ namespace lumatlas {
 
 namespace {
 
-constexpr double kOcclusionTolerance = 0.02;  // of the depth, as in blending
-constexpr std::uint8_t kLeastValidity = 128;  // of the mask: off depth edges, not contradicted
+constexpr double kOcclusionTolerance = 0.02;  // share of the depth, as in blending
+constexpr std::uint8_t kLeastValidity = 128;  // least mask value: off depth edges, not contradicted
 constexpr double kDarkest = 0.0024;           // linear light of kDarkestSample
 constexpr double kBrightest = 0.93;           // and of kBrightestSample
 constexpr std::uint32_t kFewestRatioPoints = 20;
 
 constexpr Requirement median_colors_requires{"median colours"};
 
-// Where a point falls into an image, and at what z.
+// The position of a point in an image, and its z.
 struct Projection {
   glm::dvec2 image;
   double z;
 };
 
-// Nothing outside of the image or behind the camera.
+// Returns nothing outside the image or behind the camera.
 std::optional<Projection> projection(const Camera& camera, const glm::dvec3& position) {
   const glm::dvec3 cam = camera.cam_from_world(position);
   if (!(cam.z > 0)) return std::nullopt;
@@ -39,8 +39,8 @@ std::optional<Projection> projection(const Camera& camera, const glm::dvec3& pos
 }
 
 struct Sighting {
-  Projection at;    // by the pose that is believed now, where the colour is
-  Projection made;  // by the one that depth and its edges were made with
+  Projection at;    // by the present pose, where the colour is
+  Projection made;  // by the pose that depth and its edges were made with
 };
 
 std::optional<Sighting> sighting(const ComparedView& view, const glm::dvec3& position) {
@@ -55,7 +55,7 @@ std::size_t pixel_at(const StoredView& view, const glm::dvec2& image) {
   return static_cast<std::size_t>(image.y) * view.camera.width + static_cast<std::size_t>(image.x);
 }
 
-// What the photograph has there may be looked at: the lens shows it, and other views do not contradict it.
+// Returns whether the photograph's pixel may be used: the lens shows it, and other views do not contradict it.
 bool is_usable(const StoredView& view, std::size_t pixel) {
   return (view.photograph.valid.empty() || view.photograph.valid[pixel] != 0) &&
          (view.trust.empty() || view.trust[pixel] >= kLeastValidity);
@@ -106,7 +106,7 @@ struct SeenBy {
 
 // The colours that views show at one sample of the surface.
 struct PointColors {
-  std::vector<glm::vec3> medians;  // by level, of those that are needed; empty: no view shows it
+  std::vector<glm::vec3> medians;  // one per level that is needed; empty: no view shows it
   struct Ratio {
     std::uint32_t slot;
     glm::dvec3 log_ratio;
@@ -184,7 +184,7 @@ class ViewComparison {
   const Atlas& atlas_;
   std::span<const std::optional<ComparedView>> views_;
   std::optional<std::uint32_t> except_;
-  std::vector<bool> needed_;  // by level
+  std::vector<bool> needed_;  // one per level
 };
 
 std::vector<ExposureRatio> median_ratios(const std::vector<PointColors>& points, std::size_t slots) {

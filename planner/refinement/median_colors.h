@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What the stored views show at surface points: the medians that a photograph is aligned to (Erat et al. 2019, section
-// 3.3), robust against highlights and whatever else only few of them see.
+// The colours of surface points in the stored views: the medians that a photograph is aligned to (Erat et al. 2019,
+// section 3.3). Medians are robust against highlights and anything else that only few views see.
 #pragma once
 
 #include <cstdint>
@@ -20,12 +20,12 @@ namespace lumatlas {
 struct ComparedView {
   std::shared_ptr<const StoredView> view;
   Camera camera;    // its pose as last refined; depth was made at that of view->camera: see kDepthStandsPx
-  Pyramid pyramid;  // of its photograph
+  Pyramid pyramid;  // its photograph's
   glm::dvec3 gain{1.0};
 };
 
-// Where the view shows the point by its refined pose, in pixels, and at what z; nothing where it does not see the point
-// well: occluded or beside an edge of depth, by the pose that its depth was made with, or masked.
+// Returns the pixel of the view that shows the point by its refined pose, and its z. Nothing if the view does not see
+// the point well: occluded or beside an edge of depth, by the pose that its depth was made with, or masked.
 [[nodiscard]] std::optional<glm::dvec3> seen_at(const ComparedView& view, const glm::dvec3& position);
 
 // Linear colour, without the gain, that a view shows at a point; nothing where it does not see the point well
@@ -42,7 +42,7 @@ struct ExposureRatio {
 };
 
 struct MedianColors {
-  AlignmentTargets targets;  // of the samples that at least one view shows
+  AlignmentTargets targets;  // the samples that at least one view shows
   std::vector<ExposureRatio> ratios;
   double views_per_point = 0;  // mean
 };

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What every comparison of photographs with colours of the surface shares: how much a difference counts, and how a
-// camera is moved. See alignment.h.
+// Shared by all comparisons of photographs with colours of the surface: how much a difference counts, and how a camera
+// is moved. See alignment.h.
 #pragma once
 
 #include <glm/vec3.hpp>
@@ -9,9 +9,10 @@
 
 namespace lumatlas {
 
-inline constexpr double kTukeyCutoff = 4.685;         // in standard deviations: 95 % efficient on Gaussian noise
-inline constexpr double kDeviationOfMedian = 1.4826;  // of normal noise: standard over median absolute deviation
-inline constexpr double kSmallestNoise = 0.01;        // sRGB; photographs are 8 bit and compressed
+inline constexpr double kTukeyCutoff = 4.685;  // in standard deviations: 95 % efficient on Gaussian noise
+inline constexpr double kDeviationOfMedian =
+    1.4826;                                     // standard deviation over median absolute deviation of normal noise
+inline constexpr double kSmallestNoise = 0.01;  // sRGB; photographs are 8 bit and compressed
 
 // d sRGB / d linear, bounded where the curve is steep and noise rules.
 [[nodiscard]] double srgb_slope(double linear);
@@ -29,7 +30,7 @@ struct Robust {
 // The camera frame is turned by `turn` (a rotation vector), then moved by `shift`, scene units.
 [[nodiscard]] Camera moved(Camera camera, const glm::dvec3& turn, const glm::dvec3& shift);
 
-// What moved() makes `to` from `from` with.
+// The motion from `from` to `to`, for moved().
 struct CameraMotion {
   glm::dvec3 turn{0.0};
   glm::dvec3 shift{0.0};

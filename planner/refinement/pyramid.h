@@ -25,8 +25,9 @@ struct ColorSample {
 // interpolation near them meets no black.
 class Pyramid {
  public:
-  // As many levels as keep the longer side at `coarsest_px` or more, >= 1. Throws std::invalid_argument if it is 0, or
-  // if the photograph has no pixel, not three values for each, or a `valid` that is neither empty nor one for each.
+  // Makes as many levels as keep the longer side at `coarsest_px` or more, >= 1. Throws std::invalid_argument if that
+  // is 0, or if the photograph has no pixel, not three values for each, or a `valid` that is neither empty nor one for
+  // each.
   explicit Pyramid(const Photograph& photograph, std::uint32_t coarsest_px = 80);
 
   [[nodiscard]] std::uint32_t levels() const { return static_cast<std::uint32_t>(reduced_.size()) + 1; }
@@ -35,8 +36,8 @@ class Pyramid {
   }
   // The finest level whose longer side is at most one and a half times `longer_side`, pixels; the coarsest if none is.
   [[nodiscard]] std::uint32_t level_near(std::uint32_t longer_side) const;
-  // Whether the photograph has a colour at an image position: whether all pixels that color() reads there are valid. At
-  // such a position no level interpolates black, an odd last row or column aside.
+  // Returns whether the photograph has a colour at an image position: whether all pixels that color() reads there are
+  // valid. At such a position no level interpolates black, except in an odd last row or column.
   [[nodiscard]] bool is_valid(const glm::dvec2& image) const;
   // Takes another copy of the same photograph for level 0, also where the first is gone; std::invalid_argument if its
   // size is another.

@@ -291,7 +291,7 @@ void fill_unmeasured(const Surface& surface, SurfaceDeviation& deviation) {
     }
   }
   spread(faces, VertexFaces(of_vertex.size(), faces), of_vertex);
-  std::vector<glm::dvec2> sums(surface.near_cells(), glm::dvec2(0));  // of deviations, and their number
+  std::vector<glm::dvec2> sums(surface.near_cells(), glm::dvec2(0));  // deviations, and their number
   for (std::size_t face = 0; face < faces.size(); ++face) {
     for (int corner = 0; corner < 3; ++corner) {
       const glm::dvec4 value(of_vertex[faces[face][corner]]);

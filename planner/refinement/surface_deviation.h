@@ -19,7 +19,7 @@ namespace lumatlas {
 
 struct DeviationOptions {
   std::uint32_t points = 12;       // compared per cell, >= 1
-  std::uint32_t patch_radius = 5;  // of the second photograph's pixels, [1, 32]; less below 1000 pixels of width
+  std::uint32_t patch_radius = 5;  // pixels of the second photograph, [1, 32]; less below 1000 pixels of width
   double most_shift_px = 6;        // how far the patch is moved there, pixels, [1, 64]
   double least_angle_deg = 2;      // between the two directions; less tells too little of the distance, (0, 90)
   double most_angle_deg = 25;      // more shows the patch too differently, (least_angle_deg, 90)

@@ -19,8 +19,8 @@ namespace lumatlas {
 namespace {
 
 constexpr double kOverexposed = 0.9;      // linear light of a channel, after averaging: clipped in part
-constexpr double kHighlightSlack = 0.03;  // by which a highlight may seem darker in a channel, for noise
-constexpr int kNeighboursAgreeing = 5;    // of the 3x3 blocks around one, itself among them: no lone errors
+constexpr double kHighlightSlack = 0.03;  // how much darker a highlight may seem in a channel, for noise
+constexpr int kNeighboursAgreeing = 5;    // among the 3x3 blocks around one, itself included: no lone errors
 
 // Blocks of pixels of the photograph, each with the surface point at its middle.
 struct TrustGrid {
@@ -90,7 +90,7 @@ Consensus consensus(const std::vector<OtherView>& others) {
   return result;
 }
 
-// By how much a colour is outside a range, in the channel where it is most; below 0 inside.
+// Returns by how much a colour is outside a range, in the channel where it is most; below 0 inside.
 double distance_from(const glm::dvec3& low, const glm::dvec3& high, const glm::dvec3& color) {
   const glm::dvec3 off = glm::max(low - color, color - high);
   return std::max({off.r, off.g, off.b});
@@ -106,8 +106,8 @@ bool may_be_highlight(const glm::dvec3& low, const Consensus& others) {
          low.b > others.color.b - kHighlightSlack;
 }
 
-// Where the mesh is wrong, views from another direction show another thing, and agree on it as long as they are close
-// to each other. So they must agree over as wide an angle as they are away from the judged view.
+// If the mesh is wrong, views from another direction show another part, and agree on it as long as they are close to
+// each other. So they must agree over as wide an angle as they are away from the judged view.
 bool is_wide_enough(const std::vector<OtherView>& others) {
   const auto nearest = std::max_element(others.begin(), others.end(),
                                         [](const OtherView& a, const OtherView& b) { return a.cosine < b.cosine; });
@@ -193,7 +193,7 @@ class Judge {
   std::optional<std::uint32_t> self_;
   const TrustOptions& options_;
   double comparable_;                // cosine
-  std::vector<glm::dvec3> centers_;  // of the views' cameras
+  std::vector<glm::dvec3> centers_;  // the views' camera centres
 };
 
 int count_around(const std::vector<Judgement>& judgements, const TrustGrid& grid, std::uint32_t x, std::uint32_t y) {
@@ -206,12 +206,13 @@ int count_around(const std::vector<Judgement>& judgements, const TrustGrid& grid
   return count;
 }
 
-// Of every nine blocks in a square these are judged first: five, wherever the square lies.
+// Five of every nine blocks in a square are judged first, wherever the square lies.
 bool is_judged_first(std::uint32_t x, std::uint32_t y) {
   return (3 * (y % 3) + x % 3) % 2 == 0;
 }
 
-// Whether a block can be among kNeighboursAgreeing that are contradicted, when those that are not judged yet are too.
+// Returns whether a block can be among kNeighboursAgreeing that are contradicted, if those that are not judged yet are
+// too.
 bool may_be_coherent(const std::vector<Judgement>& judgements, const TrustGrid& grid, std::uint32_t x,
                      std::uint32_t y) {
   int unjudged = 0;
@@ -268,7 +269,7 @@ std::vector<Judgement> cleaned(const std::vector<Judgement>& judgements, const T
   return grown;
 }
 
-// Where a pixel lies among the blocks' middles along one axis, held at the ends.
+// Returns the position of a pixel among the blocks' middles along one axis, held at the ends.
 float block_position(std::uint32_t pixel, std::uint32_t pixels, std::uint32_t blocks) {
   const float position =
       (static_cast<float>(pixel) + 0.5f) * static_cast<float>(blocks) / static_cast<float>(pixels) - 0.5f;

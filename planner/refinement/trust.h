@@ -1,13 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Finds what does not belong in a photograph: where it shows something else than the other views of the same surface (a
-// passer-by, a leaf before the lens). Such pixels get little trust, so that they are blended only where no other view
-// is valid.
+// Finds the pixels of a photograph that contradict the other views of the same surface (a passer-by, a leaf before the
+// lens). Such pixels get little trust, so that they are blended only where no other view is valid.
 //
-// A highlight is the reason for a lumigraph and must stay. It adds light to what the surface shows from elsewhere, so a
-// pixel that is darker than the others in some channel is no highlight; one that is brighter in all of them is
-// contradicted only by views from nearly the same direction, which would show the highlight too. And where the mesh is
-// wrong, views that stand together agree with each other and with nobody else: so the others must agree over half as
-// wide an angle as the nearest of them is away. Masks of what is in the way are absent from the paper.
+// A highlight is the reason for a lumigraph and must stay. It adds light, so a pixel that is darker than the others in
+// some channel is no highlight. A pixel that is brighter in all channels is contradicted only by views from nearly the
+// same direction, which would show the highlight too. Where the mesh is wrong, views that stand together agree with
+// each other and with no other view. So the others must agree over half as wide an angle as the nearest of them is
+// away. The paper has no such masks.
 #pragma once
 
 #include <cstdint>

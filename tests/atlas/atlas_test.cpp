@@ -378,7 +378,7 @@ TEST_CASE("a snapshot's vertex colours are those of the stored views") {
   CHECK(atlas.snapshot().vertex_colors != all_red);
 }
 
-// What an atlas should hold, in the plainest form.
+// The expected contents of an atlas, in the plainest form.
 struct Ledger {
   std::map<std::uint32_t, std::string> views;  // by slot
   std::vector<Slots> references{kCells};
@@ -581,7 +581,7 @@ void keep_replacing(Atlas& atlas, std::uint32_t changes) {
   }
 }
 
-// What Catch2 may not check on another thread.
+// Checks that Catch2 cannot make on another thread.
 bool is_consistent(const Snapshot& snapshot) {
   for (const std::uint32_t slot : snapshot.references.views) {
     const auto& view = snapshot.views.at(slot);

@@ -29,7 +29,7 @@ StoredView view_of(std::uint32_t width, std::uint32_t height, const std::functio
   return view;
 }
 
-// By how much of its depth a pixel is shown too near, at most; and too far.
+// The largest shares of its depth by which a pixel is shown too near, and too far.
 struct Errors {
   double near = 0, far = 0;
 };
@@ -47,7 +47,7 @@ Errors errors_of(const StoredView& view) {
   return errors;
 }
 
-// Of a plane that is seen aslant: its reciprocal depth is linear in the image.
+// Returns the depths of a plane that is seen at a slant: its reciprocal depth is linear in the image.
 float aslant(double nearest, double x, double y) {
   return static_cast<float>(1 / (1 / nearest - 0.0021 * x - 0.0013 * y));
 }

@@ -97,7 +97,7 @@ struct Kept {
   std::unique_ptr<Atlas> atlas;
 };
 
-// By the definition in vertex_colors.h, from all views.
+// Returns the mean from all views by the definition in vertex_colors.h.
 std::vector<glm::u8vec3> mean_colors(const Atlas& atlas) {
   VertexColorMean mean(atlas.surface()->mesh);
   for (std::uint32_t slot = 0; slot < atlas.capacity(); ++slot) {
@@ -269,7 +269,7 @@ TEST_CASE("a store that is cut anew is as if it had been cut so from the start")
         shown_cells(*view, visibility->trace(view->camera).face, atlas->surface()->cells, after)));
   }
   atlas->set_gain(2, glm::dvec3(0.5));
-  const std::vector<SharedShownCells> shown_before = atlas->cut_anew(after, shown);
+  const std::vector<SharedShownCells> shown_before = atlas->retile(after, shown);
   CHECK(atlas->layout().texels == TexelFormat::bc7);
   const Snapshot cut = atlas->snapshot(), expected = room_snapshot(5, {}, after);
   CHECK(cut.tiles.slots == expected.tiles.slots);
@@ -286,17 +286,17 @@ TEST_CASE("a store that is cut anew is as if it had been cut so from the start")
     return changed;
   };
   const std::vector<ShownCell> no_such_tile{{10000, 0, 1}}, no_such_cell{{0, 10000, 1}};
-  CHECK_THROWS_AS(atlas->cut_anew({7, 2, 0}, shown), std::invalid_argument);
-  CHECK_THROWS_AS(atlas->cut_anew(before, bad(nullptr)), std::invalid_argument);
+  CHECK_THROWS_AS(atlas->retile({7, 2, 0}, shown), std::invalid_argument);
+  CHECK_THROWS_AS(atlas->retile(before, bad(nullptr)), std::invalid_argument);
   for (const auto& shown_by_none : {no_such_tile, no_such_cell}) {
-    CHECK_THROWS_AS(atlas->cut_anew(before, bad(std::make_shared<const std::vector<ShownCell>>(shown_by_none))),
+    CHECK_THROWS_AS(atlas->retile(before, bad(std::make_shared<const std::vector<ShownCell>>(shown_by_none))),
                     std::invalid_argument);
   }
-  CHECK_THROWS_WITH(atlas->cut_anew(before, {}),
+  CHECK_THROWS_WITH(atlas->retile(before, {}),
                     Catch::Contains("atlas: shown has 0 entries, must have one per slot, 5"));
   CHECK(atlas->layout().texels == TexelFormat::bc7);
   CHECK(atlas->snapshot().tiles.slots == expected.tiles.slots);
-  (void)atlas->cut_anew(before, shown_before);
+  (void)atlas->retile(before, shown_before);
   CHECK(atlas->snapshot().tiles.slots == as_it_was.tiles.slots);
 }
 

@@ -59,7 +59,7 @@ StoredView small_view(const Surface& surface, const std::string& name, std::uint
   return traced_view(surface, name, forward_camera(24, 16), position_photograph(24, 16, seed));
 }
 
-// What every tile of a small view shows: cell 0, and the last one also `cell`.
+// Returns what every tile of a small view shows: cell 0, and the last one also `cell`.
 std::vector<ShownCell> shown_with(std::uint32_t cell) {
   std::vector<ShownCell> shown;
   for (std::uint32_t tile = 0; tile < 6; ++tile) shown.push_back({tile, 0, 1});
@@ -88,7 +88,7 @@ bool same(const Snapshot& a, const Snapshot& b) {
 TEST_CASE("no writer starves: a surface is replaced while another thread changes views all the time") {
   const auto surface = wall_and_panel(kCells);
   Atlas atlas(surface, 2, kTiles);
-  // What takes long to be numbered anew, so that a view has always changed meanwhile.
+  // Cells that take long to be renumbered, so that a view has always changed meanwhile.
   std::vector<ShownCell> shown;
   for (std::uint32_t tile = 0; tile < 6; ++tile) {
     for (std::uint32_t cell = 0; cell < kCells; ++cell) shown.push_back({tile, cell, 1});
@@ -162,12 +162,12 @@ TEST_CASE("where memory ends in the middle of a call, the store is as it was") {
        [](Atlas& atlas) -> std::function<void()> {
          return [&atlas, view = small_view(*atlas.surface(), "e", 9)] { atlas.replace(1, view, shown_with(3)); };
        }},
-      {"cut_anew",
+      {"retile",
        [](Atlas& atlas) -> std::function<void()> {
          std::vector<SharedShownCells> none(4, std::make_shared<const std::vector<ShownCell>>());
-         return [&atlas, none] { atlas.cut_anew({16, 2, 0}, none); };
+         return [&atlas, none] { atlas.retile({16, 2, 0}, none); };
        }},
-      {"bound_tiles", [](Atlas& atlas) -> std::function<void()> { return [&atlas] { atlas.bound_tiles(100); }; }},
+      {"set_tile_limit", [](Atlas& atlas) -> std::function<void()> { return [&atlas] { atlas.set_tile_limit(100); }; }},
   };
   for (const Call& call : calls) {
     CAPTURE(call.name);
@@ -204,19 +204,19 @@ TEST_CASE("where memory ends in the middle of a call, the store is as it was") {
 TEST_CASE("a tile policy that asks its store for a snapshot is refused, and the store goes on") {
   const auto surface = wall_and_panel(kCells);
   Atlas* store = nullptr;
-  enum class Asks { nothing, snapshot, bound_tiles, cut_anew } asks = Asks::nothing;
+  enum class Asks { nothing, snapshot, set_tile_limit, retile } asks = Asks::nothing;
   const TilePolicy policy = [&](const TileDemand& demand) {
     CHECK(store->size() == 1);  // any other call is free to it
     if (asks == Asks::snapshot) (void)store->snapshot();
-    if (asks == Asks::bound_tiles) store->bound_tiles(3);
-    if (asks == Asks::cut_anew) (void)store->cut_anew(kTiles, {});
+    if (asks == Asks::set_tile_limit) store->set_tile_limit(3);
+    if (asks == Asks::retile) (void)store->retile(kTiles, {});
     return TileChoice{{{0, 0}}, demand.references};
   };
   Atlas atlas(surface, 1, {8, 2, 2}, policy);
   store = &atlas;
   atlas.insert(small_view(*surface, "a"), shown_with(0));
   atlas.set_references(0, {0});
-  for (const Asks what : {Asks::snapshot, Asks::bound_tiles, Asks::cut_anew}) {
+  for (const Asks what : {Asks::snapshot, Asks::set_tile_limit, Asks::retile}) {
     asks = what;
     CHECK_THROWS_MATCHES(atlas.snapshot(), std::logic_error,
                          Catch::Message("atlas: its tile policy asks for a snapshot, or for other tiles, while it "
@@ -324,7 +324,7 @@ TEST_CASE("a snapshot costs what has changed: where a vertex moved, samples of t
   CHECK(colors.samples_counted() - counted <= 2 * kViews);  // taken away, and added
 }
 
-// What a view takes in memory.
+// Returns the bytes of a view in memory.
 std::size_t bytes_of(const StoredView& view) {
   return view.photograph.rgb.size() + view.photograph.valid.size() + sizeof(float) * view.depth.size() +
          view.trust.size() + view.validity.size() + view.rim.size();

@@ -205,7 +205,7 @@ struct Definition {
     return false;
   }
 
-  // Whether a pixel within the radius is behind this one.
+  // Returns whether a pixel within the radius is behind this one.
   [[nodiscard]] bool at_rim(int x, int y) const {
     const int radius = static_cast<int>(options.edge_radius_px);
     for (int v = std::max(0, y - radius); v <= std::min(height - 1, y + radius); ++v) {
@@ -217,7 +217,7 @@ struct Definition {
     return false;
   }
 
-  // Whether the pixel of depth z fades towards this one.
+  // Returns whether the pixel of depth z fades towards this one.
   [[nodiscard]] bool fades(float z, int x, int y) const {
     if (!in_lens(x, y)) return true;
     const bool unusable = !std::isfinite(depth[at(x, y)]) || edge_near(x, y);

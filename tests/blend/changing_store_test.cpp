@@ -11,7 +11,7 @@
 namespace lumatlas {
 namespace {
 
-// Of one surface, with the first views of it alone.
+// Returns a snapshot of the same surface, with the first views alone.
 Snapshot with_views(const Snapshot& all, std::size_t views) {
   Snapshot snapshot = all;
   for (std::size_t slot = views; slot < snapshot.views.size(); ++slot) snapshot.views[slot].reset();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What the renderer says of its pixels: the shader against the CPU reference, and both against the picture.
+// The diagnosis of pixels: the shader against the CPU reference, and both against the picture.
 #include "blend/diagnosis.h"
 
 #include <algorithm>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What is far: blended by direction, the same by both renderers, without a line where a photograph ends; and what is
-// white in a photograph.
+// The far sphere is blended by direction, the same by both renderers, without a line where a photograph ends. White in
+// a photograph stays white.
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>

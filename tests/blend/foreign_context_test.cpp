@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The renderer in somebody else's context, which has a state of its own.
+// The renderer in a context of another library, which has a state of its own.
 #include <epoxy/gl.h>
 
 #include <array>

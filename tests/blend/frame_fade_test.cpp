@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Where a view ends: the picture stays continuous, whatever rank the view has, by the CPU reference and by the shader.
+// The picture stays continuous at the end of a view of any rank, by the CPU reference and by the shader.
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>

@@ -229,7 +229,7 @@ TEST_CASE("the GPU agrees with rays on images of any size, and on a surface seen
     }
     CAPTURE(width, height, agreement.smooth, agreement.differ);
     CHECK(agreement.share_smooth() > 0.3);  // the smallest are mostly silhouette
-    // Of the smallest image there are only 12 pixels, and corners are rounded to a 256th of its whole width.
+    // The smallest image has only 12 pixels, and corners are rounded to a 256th of its whole width.
     CHECK(agreement.differ <= std::max<std::size_t>(1, agreement.smooth / 1000));
     CHECK(agreement.share_same_face() >= 0.9);
   }

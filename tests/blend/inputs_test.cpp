@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What the renderers and their helpers refuse of a caller's input, and a host whose numbers have commas.
+// The inputs of a caller that the renderers and their helpers refuse, and a host whose numbers have commas.
 #include <catch2/catch.hpp>
 #include <clocale>
 #include <locale>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The shader against its CPU reference on scenes that nobody designed, degenerate ones included.
+// The shader against its CPU reference on random scenes, degenerate ones included.
 #include <catch2/catch.hpp>
 #include <cstdlib>
 #include <glm/glm.hpp>

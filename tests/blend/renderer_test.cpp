@@ -524,7 +524,7 @@ TEST_CASE("the steps for speed change no picture") {
   Renderer renderer;
   renderer.load(snapshot);
   const auto picture = [&](const RendererOptions& steps) {
-    renderer.take_steps(steps);
+    renderer.set_options(steps);
     return renderer.render(novel_camera(4), {}).picture.rgb;
   };
   const std::vector<std::uint8_t> plain = picture({false, false});
@@ -554,7 +554,7 @@ TEST_CASE("neighbours of the same references that are drawn as one cell change n
       CHECK(share_different(one, other, 1) == 0);
     }
   }
-  joining.take_steps({.skip_losers = true, .join_cells = false});
+  joining.set_options({.skip_losers = true, .join_cells = false});
   CHECK(joining.render(novel_camera(1), options).picture.rgb == separate.render(novel_camera(1), options).picture.rgb);
 }
 

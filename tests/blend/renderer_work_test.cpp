@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What a renderer that follows a store does again, counted. A case with [!shouldfail] names a law that does not hold
-// yet.
+// Counts the work that a renderer which follows a store does again. A case with [!shouldfail] names a law that does not
+// hold yet.
 #include <catch2/catch.hpp>
 #include <numeric>
 #include <optional>
@@ -17,7 +17,7 @@ namespace {
 struct Followed {
   explicit Followed(const TileOptions& layout = kWholeViews) : atlas(room_atlas(6, {}, layout)) { show(); }
 
-  // What the renderer has done for the store as it is now.
+  // Returns the renderer's work for the store as it is now.
   RendererWork show() {
     const RendererWork before = renderer.work();
     renderer.load(atlas->snapshot());
@@ -33,7 +33,7 @@ struct Followed {
     atlas->set_references(cell, slots);
   }
 
-  // The same surface, which nobody has seen before.
+  // Replaces the surface by an equal one at another address.
   void replace_surface() const {
     const auto next = std::make_shared<const Surface>(*atlas->surface());
     std::vector<std::uint32_t> same_cells(next->cells.cells.size());
@@ -49,7 +49,7 @@ struct Followed {
     atlas->replace(4, std::move(view), *atlas->shown(4));
   }
 
-  // Whether the picture is that of a renderer which has never seen the store before.
+  // Returns whether the picture is that of a new renderer.
   [[nodiscard]] bool is_exact() const {
     Renderer fresh({.join_cells = false});
     fresh.load(atlas->snapshot());

@@ -23,7 +23,7 @@ std::vector<std::uint8_t> silhouettes(const Mesh& mesh, const Camera& camera) {
   return silhouettes(camera, make_ray_visibility(mesh)->trace(camera));
 }
 
-// By pixel, whether it sees a surface and one of its neighbours sees something that `differs`.
+// Returns for each pixel whether it sees a surface and one of its neighbours sees something that `differs`.
 template <typename Differs>
 std::vector<std::uint8_t> beside(const VisibilityBuffer& visible, const Differs& differs) {
   const auto width = static_cast<int>(visible.width);

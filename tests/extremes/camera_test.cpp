@@ -156,7 +156,8 @@ TEST_CASE("poses that are all wrong by a lot neither crash nor lose a view") {
   CHECK_FALSE(stored_names(built(scene, default_build())).empty());
 }
 
-// Where no photographer stands: inside the mesh, behind a face, on a vertex, in a face, grazing, far away.
+// Returns cameras that no photographer can have: inside the mesh, behind a face, on a vertex, in a face, grazing, far
+// away.
 std::vector<Camera> odd_places() {
   const glm::dvec3 vertex = court().positions[40];
   const TriangleSoup soup = court();

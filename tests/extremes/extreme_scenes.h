@@ -48,7 +48,7 @@ using EdgeShading = std::function<glm::dvec3(const glm::dvec3& point, const glm:
 [[nodiscard]] glm::dvec3 court_color(const glm::dvec3& point);
 [[nodiscard]] EdgeShading court_shading();
 
-// By ray casting, black where no surface is. `exposure` multiplies the linear light.
+// Draws by ray casting, black where no surface is. `exposure` multiplies the linear light.
 [[nodiscard]] Photograph photographed(const TriangleSoup& soup, const Camera& camera,
                                       const EdgeShading& shading = court_shading(), double exposure = 1);
 [[nodiscard]] Photograph plain_photograph(const Camera& camera, int level);
@@ -77,7 +77,7 @@ void write_scene(const EdgeScene& scene, const std::filesystem::path& folder);
 [[nodiscard]] std::size_t count_of(const BuildResult& result, Decision decision);
 [[nodiscard]] std::vector<std::string> stored_names(const BuildResult& result);  // sorted
 
-// By the CPU reference, from a camera in the mesh's coordinates.
+// Draws by the CPU reference, from a camera in the mesh's coordinates.
 [[nodiscard]] Rendering pictured(const BuildResult& result, const Camera& camera, const BlendOptions& options = {});
 // The share of the picture's pixels that are textured.
 [[nodiscard]] double textured_share(const Rendering& rendering);

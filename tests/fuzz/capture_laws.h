@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What must hold for the photographs of a capture, whatever their form calls them.
+// Laws of the photographs of a capture of any form.
 #pragma once
 
 #include <utility>

@@ -32,7 +32,7 @@ std::string glb_of(std::string bytes) {
 
 }  // namespace
 
-// What is read can be written, and reads back.
+// A model that can be read can be written, and reads back.
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   const std::filesystem::path file =
       std::filesystem::temp_directory_path() / ("fuzz-model-" + std::to_string(getpid()) + ".glb");

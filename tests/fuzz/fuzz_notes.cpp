@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What `build` writes beside a model of how it was made, lumatlas.json and plan.json, and what a report takes from it.
-// The input is the text of the first, a zero byte, and that of the second.
+// The notes that `build` writes beside a model, lumatlas.json and plan.json, and what a report takes from them. The
+// input is the text of the first, a zero byte, and that of the second.
 #include <algorithm>
 #include <filesystem>
 

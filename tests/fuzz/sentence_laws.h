@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What must hold for the refusal of whatever a reader is given.
+// Laws of a reader's refusal of any input.
 #pragma once
 
 #include <cstddef>
@@ -26,7 +26,7 @@ inline void write_input(const std::string& name, std::string_view bytes) {
   std::ofstream(name, std::ios::binary) << bytes;
 }
 
-// Nothing but an InputError may leave `read`, and its sentence is one line.
+// Only an InputError may leave `read`, and its sentence is one line.
 template <typename Read>
 void check_refusal(Read read) {
   try {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What must hold for whatever bytes a mesh reader is given.
+// Laws of a mesh reader for any bytes.
 #pragma once
 
 #include <cstddef>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What the functions of mesh/ say to a caller who breaks their rules, one by one.
+// The messages of the functions of mesh/ for callers who break their rules, one by one.
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <functional>

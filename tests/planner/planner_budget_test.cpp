@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What the planner promises of its store: that it stays within a budget of bytes, that nothing changes where nothing is
-// stored, and what the store is worth whatever the stream.
+// The planner's promises about its store: it stays within a budget of bytes, nothing changes if nothing is stored, and
+// its value for any stream.
 #include <algorithm>
 #include <array>
 #include <catch2/catch.hpp>
@@ -71,7 +71,7 @@ std::uint64_t sum_of(const std::map<std::string, std::uint64_t>& bytes) {
                          [](std::uint64_t sum, const auto& entry) { return sum + entry.second; });
 }
 
-// What a store is, as far as another offer can see.
+// The parts of a store that affect another offer.
 struct Image {
   std::map<std::string, std::uint64_t> stored;
   ReferenceTable references;

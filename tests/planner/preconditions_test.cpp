@@ -367,7 +367,7 @@ TEST_CASE("every measure of coverage refuses cells, slots, parts and lists that 
   CHECK(complaint([&] { (void)coverage->gain(beyond, part, {}, {}); }) == no_cell);
   CHECK(complaint([&] { coverage->add_losses(beyond, 1, four); }) == no_cell);
   CHECK(complaint([&] { (void)coverage->value_by_definition(beyond, {}, nullptr); }) == no_cell);
-  CHECK(complaint([&] { coverage->ask(beyond, part, false, four); }) == no_cell);
+  CHECK(complaint([&] { coverage->change_demand(beyond, part, DemandChange::add, four); }) == no_cell);
   CHECK(complaint([&] { (void)coverage->weight(beyond); }) == no_cell);
   CHECK(complaint([&] { coverage->insert(beyond, 0, part); }) == no_cell);
   CHECK(complaint([&] { coverage->erase(beyond, 3); }) == no_cell);
@@ -378,7 +378,8 @@ TEST_CASE("every measure of coverage refuses cells, slots, parts and lists that 
 
   const std::string too_short = " is 3, must be more than the largest slot of cell 0, 3";
   CHECK(complaint([&] { coverage->add_losses(0, 1, three); }) == "coverage: the size of losses" + too_short);
-  CHECK(complaint([&] { coverage->ask(0, part, false, three); }) == "coverage: the size of losses" + too_short);
+  CHECK(complaint([&] { coverage->change_demand(0, part, DemandChange::add, three); }) ==
+        "coverage: the size of losses" + too_short);
   CHECK(complaint([&] { (void)coverage->gain(0, part, few, three); }) == "coverage: the size of victims" + too_short);
   CHECK(complaint([&] { (void)coverage->gain(0, part, victims, three); }) ==
         "coverage: the size of corrections is 3, must be that of victims, 4");
@@ -390,7 +391,7 @@ TEST_CASE("every measure of coverage refuses cells, slots, parts and lists that 
 
   for (const auto& [bad, sentence] : bad_parts("coverage")) {
     CHECK(complaint([&] { (void)coverage->gain(0, bad, {}, {}); }) == sentence);
-    CHECK(complaint([&] { coverage->ask(0, bad, false, {}); }) == sentence);
+    CHECK(complaint([&] { coverage->change_demand(0, bad, DemandChange::add, {}); }) == sentence);
     CHECK(complaint([&] { coverage->insert(1, 0, bad); }) == sentence);
     CHECK(complaint([&] { (void)coverage->value_by_definition(0, {}, &bad); }) == sentence);
   }

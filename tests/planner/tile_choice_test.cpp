@@ -68,7 +68,7 @@ struct TileStore {
     return sum;
   }
 
-  // What the tiles are worth, by the formula in tile_choice.h.
+  // Returns the value of the tiles by the formula in tile_choice.h.
   [[nodiscard]] double worth(const std::set<Tile>& tiles) const {
     double sum = 0;
     for (std::uint32_t cell = 0; cell < kCells; ++cell) {
@@ -164,7 +164,7 @@ std::set<Tile> whole_views(const TileStore& store, std::size_t count) {
   return chosen;
 }
 
-// Of different sizes, from different distances.
+// Returns cameras of different sizes, at different distances.
 std::vector<Camera> random_cameras(std::size_t count, std::mt19937& random, std::uint32_t most_px = 40) {
   std::uniform_real_distribution<double> aside(-1, 1), back(-1.5, 0);
   std::uniform_int_distribution<std::uint32_t> size(12, most_px);
@@ -290,7 +290,7 @@ TEST_CASE("tiles are chosen as if every value were worked out at every step") {
   }
 }
 
-// Of all choices of so many tiles that there are, what the best is worth.
+// Returns the value of the best of all choices of `count` tiles.
 double most_worth(const TileStore& store, std::size_t count) {
   const std::set<Tile> all = store.all_tiles();
   const std::vector<Tile> tiles(all.begin(), all.end());

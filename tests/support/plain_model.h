@@ -28,7 +28,7 @@ inline std::map<std::string, std::filesystem::path> files_named_by_content(const
   return files;
 }
 
-// Where the file is; where there is none of the name, a path that does not exist.
+// Returns the path of the model's file; if there is none of the name, a path that does not exist.
 inline std::filesystem::path file_of_model(const std::filesystem::path& folder, const std::string& name) {
   const auto files = files_named_by_content(folder);
   const auto found = files.find(name);

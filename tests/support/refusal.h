@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What check() says against options that a test has changed.
+// Returns the message of check() for options that a test has changed.
 #pragma once
 
 #include <stdexcept>

@@ -13,7 +13,7 @@ namespace lumatlas {
 // that test skipped; it ends by listing what was skipped. Only on the thread that runs the test case.
 void skip(const std::string& reason);
 
-// What tests/CMakeLists.txt gives CTest as SKIP_RETURN_CODE.
+// The SKIP_RETURN_CODE that tests/CMakeLists.txt gives CTest.
 inline constexpr int kSkippedExitCode = 77;
 
 // The folder of the real scene NAME in the folder that the environment's LUMATLAS_SCENES names; skips where there is

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What skip() has recorded, for the main function of the test programs.
+// The cases that skip() has recorded, for the main function of the test programs.
 #pragma once
 
 #include <string>

@@ -14,7 +14,7 @@
 
 namespace lumatlas {
 
-// Contents by path below the scene's folder, written by so many threads.
+// Returns contents by path below the scene's folder, written by `threads` threads.
 inline std::map<std::string, std::string> written(const SynthOptions& options, std::size_t threads) {
   const tbb::global_control limit(tbb::global_control::max_allowed_parallelism, threads);
   const TemporaryFolder folder;

@@ -74,7 +74,7 @@ inline std::shared_ptr<const Surface> wall_and_panel(std::uint32_t cells = 5) {
   return surface;
 }
 
-// As the planner makes it: with depth and validity from the mesh.
+// Makes a view as the planner does: with depth and validity from the mesh.
 inline StoredView traced_view(const Surface& surface, std::string name, const Camera& camera, Photograph photograph,
                               const ValidityOptions& validity = {}, std::vector<std::uint8_t> trust = {}) {
   return make_stored_view(std::move(name), camera, std::move(photograph),
@@ -99,8 +99,8 @@ inline std::vector<std::uint8_t> mottled_trust(const Camera& camera) {
   return trust;
 }
 
-// A store with free slots between and after three views of different sizes, made with `validity`: one has no masks, one
-// a lens mask and a trust mask, one a trust mask; a cell without references and one that nobody saw.
+// Returns a store with free slots between and after three views of different sizes, made with `validity`. One has no
+// masks, one a lens mask and a trust mask, one a trust mask. A cell has no references, and no view saw another.
 inline Snapshot small_snapshot(const ValidityOptions& validity = {}, const TileOptions& layout = kWholeViews) {
   const auto surface = wall_and_panel(5);
   Atlas atlas(surface, 5, layout);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // This is not Boost.Process: a child must end with its parent, with all that it started, and start with no signal
-// blocked. Boost.Process has no words for these, and Debian 12's needs a compiled Boost.Filesystem besides.
+// blocked. Boost.Process has no functions for these, and Debian 12's needs a compiled Boost.Filesystem besides.
 #include "tools/base/child_process.h"
 
 #include <fcntl.h>
@@ -70,7 +70,7 @@ void set_action(int signal, void (*action)(int)) {
   _exit(kCannotStart);
 }
 
-// Whether it has ended; it stays a zombie, so that no other process gets its number.
+// Returns whether the child has ended. It stays a zombie, so that no other process gets its number.
 bool has_ended(pid_t child) {
   siginfo_t info{};
   return waitid(P_PID, static_cast<id_t>(child), &info, WEXITED | WNOHANG | WNOWAIT) != 0 || info.si_pid == child;

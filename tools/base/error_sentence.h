@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What people are told of an exception, by the program and by the Python module.
+// The sentences that the program and the Python module print for an exception.
 #pragma once
 
 #include <exception>

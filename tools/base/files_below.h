@@ -12,7 +12,7 @@ namespace lumatlas {
 
 struct FilesBelow {
   std::vector<std::string> names;  // relative to the folder, with '/', in byte order
-  std::error_code error;           // of the first folder that could not be read; the files of the others are listed
+  std::error_code error;           // for the first folder that could not be read; the files of the others are listed
 };
 
 // Lists the regular files, and links to such. Links to folders are followed. Each folder is listed once, under its own

@@ -21,7 +21,7 @@ constexpr std::array kSignals{SIGINT, SIGTERM, SIGHUP, SIGPIPE};
 
 std::atomic<int> received_signal{0};
 std::atomic<int> wake_watcher{-1};                // a pipe's end
-enum Request : int { kNotTaken, kTaken, kMade };  // whether SIGINT is taken as an EndRequest
+enum Request : int { kNotTaken, kTaken, kMade };  // whether SIGINT counts as an EndRequest
 std::atomic<int> end_request{kNotTaken};
 static_assert(std::atomic<int>::is_always_lock_free, "a signal handler writes it");
 
@@ -70,7 +70,7 @@ void end_after_unwinding_time() {
   die_of(Interrupted(received_signal.load()));
 }
 
-// Where the process may have no thread more, it is ended by unwinding alone.
+// A process that may start no further thread ends by unwinding alone.
 void start_watcher() {
   std::array<int, 2> ends{};
   if (pipe2(ends.data(), O_CLOEXEC) != 0) return;
@@ -122,7 +122,7 @@ void die_of(const Interrupted& interrupted) {
   sigaddset(&only_this, signal);
   pthread_sigmask(SIG_UNBLOCK, &only_this, nullptr);
   raise(signal);
-  _exit(128 + signal);  // what a shell makes of such a death, should the signal not have killed
+  _exit(128 + signal);  // a shell's code for such a death, should the signal not have killed
 }
 
 }  // namespace lumatlas

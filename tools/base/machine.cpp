@@ -16,7 +16,7 @@ namespace lumatlas {
 
 namespace {
 
-// What follows `key` and a colon in a file of such lines; empty: nothing.
+// Returns the text after `key` and a colon in a file of such lines; empty if there is none.
 std::string value_in(const char* path, std::string_view key) {
   std::ifstream file(path);
   for (std::string line; std::getline(file, line);) {

@@ -73,7 +73,7 @@ void remove_parents(const std::vector<fs::path>& made) {
   }
 }
 
-// What a marker file says.
+// The contents of a marker file.
 struct Marker {
   std::string command;
   std::set<std::string> files;  // names in the folder, as name_in_marker() gives them
@@ -161,7 +161,7 @@ void rename_or_refuse(const fs::path& from, const fs::path& to) {
   }
 }
 
-// What swap_name(target) ends with; empty where the whole name would be longer than file systems allow.
+// Returns the ending of swap_name(target); empty if the whole name would be longer than file systems allow.
 std::string swap_ending(const fs::path& target) {
   constexpr std::size_t kLongestName = 204;
   const std::string name = target.filename().string();
@@ -229,7 +229,7 @@ void check_apart(const fs::path& output, std::span<const fs::path> inputs) {
     std::error_code error;
     const fs::path source = fs::weakly_canonical(fs::absolute(input), error);
     if (error || std::mismatch(target.begin(), target.end(), source.begin(), source.end()).first != target.end()) {
-      continue;  // what cannot be resolved cannot be read either
+      continue;  // a link that cannot be resolved cannot be read either
     }
     refuse(target, "would be replaced, with the input " + input.string() + " in it: name another output");
   }

@@ -42,7 +42,7 @@ class OutputFolder {
   OutputFolder(const OutputFolder&) = delete;
   OutputFolder& operator=(const OutputFolder&) = delete;
 
-  // Where to write until commit(); afterwards where the output is.
+  // Returns the folder to write to before commit(), and the folder of the output afterwards.
   [[nodiscard]] const std::filesystem::path& path() const { return committed_ ? target_ : temporary_->path(); }
 
   // Writes the marker file {"lumatlas": version, "command": ..., "files": [...], "options": effective_options}, waits
@@ -79,7 +79,7 @@ class AtomicFile {
 // The text of a JSON file or result. Names of files may hold bytes that are not UTF-8: they become U+FFFD, rather than
 // cost the whole output.
 [[nodiscard]] std::string json_text(const nlohmann::json& value);
-void write_json(const std::filesystem::path& path, const nlohmann::json& value);  // as an AtomicFile
+void write_json(const std::filesystem::path& path, const nlohmann::json& value);  // writes an AtomicFile
 
 // The two ways in which commit() puts `fresh` in the place of the existing folder `target`; `fresh` then holds what
 // `target` held. Exchanging is one step, but some file systems (NFS, exFAT) cannot: then it returns false and nothing
@@ -88,8 +88,8 @@ void write_json(const std::filesystem::path& path, const nlohmann::json& value);
 [[nodiscard]] bool exchange_folders(const std::filesystem::path& fresh, const std::filesystem::path& target);
 void swap_folders_by_renaming(const std::filesystem::path& fresh, const std::filesystem::path& target);
 
-// A new path beside `target`, ".lumatlas-DIGITS-earlier-NAME", which remove_leftovers() does not remove. Where a
-// process was killed in the moment of a swap, the next OutputFolder for `target` finds the old folder there: it moves
+// A new path beside `target`, ".lumatlas-DIGITS-earlier-NAME", which remove_leftovers() does not remove. If a process
+// was killed in the moment of a swap, the next OutputFolder for `target` finds the old folder under this name. It moves
 // the folder back if nothing or an empty folder is at `target`, and removes it if the new output is there. A folder on
 // NFS cannot be locked, so it is left to the user. Where NAME has more than 204 bytes, the path is a temporary one.
 [[nodiscard]] std::filesystem::path swap_name(const std::filesystem::path& target);

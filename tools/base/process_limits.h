@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What the system allows this process: memory, stack and threads. The libraries that draw, trace and read photographs
-// crash, abort or hang where they get less than they take for granted, so the program asks before it uses them.
+// The limits of this process: memory, stack and threads. The libraries that draw, trace and read photographs crash,
+// abort or hang when they get less than they expect, so the program checks the limits before it uses them.
 #pragma once
 
 #include <cstdint>
@@ -20,8 +20,8 @@ inline constexpr std::uint64_t kLeastToRead = std::uint64_t{1} << 30;
 // beyond this shows when its memory is asked for (std::bad_alloc).
 [[nodiscard]] std::string complaint_about_limits(std::uint64_t least_address_space);
 
-// What to ask oneself where a file could not be written to its end: "is the disk full?", and with a limit of file size
-// (RLIMIT_FSIZE) whether that is too low.
+// Returns a question for the message of a file that could not be written to its end: "is the disk full?". With a limit
+// of file size (RLIMIT_FSIZE) it also asks whether that is too low.
 [[nodiscard]] std::string why_not_written();
 
 }  // namespace lumatlas

@@ -21,7 +21,7 @@ struct ProgressOptions {
   using Clock = std::chrono::steady_clock;
   std::ostream* out = nullptr;  // never null in use
   bool is_terminal = false;     // a bar that redraws itself, instead of lines
-  bool quiet = false;           // nothing is written
+  bool quiet = false;           // write nothing
   std::size_t columns = 80;     // width of the terminal: the bar's line stays below it
   // Ticks are of work of different kinds, as many for each as it takes time: a percentage instead of count and rate.
   bool as_share = false;
@@ -31,7 +31,7 @@ struct ProgressOptions {
   // called.
   std::function<void(std::size_t done, std::size_t total)> told;
 
-  // What stderr is.
+  // Returns the options for this process's stderr.
   [[nodiscard]] static ProgressOptions standard_error(bool quiet = false);
 };
 

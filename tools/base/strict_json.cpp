@@ -200,7 +200,7 @@ json read_json(const std::filesystem::path& path) {
 }
 
 json read_json_with_comments(const std::filesystem::path& path) {
-  std::vector<std::set<std::string>> keys;  // of the objects that are open
+  std::vector<std::set<std::string>> keys;  // keys of the objects that are open
   const auto refuse_repetition = [&](json::parse_event_t event, const json& value) {
     if (event == json::parse_event_t::object_start) keys.emplace_back();
     if (event == json::parse_event_t::object_end) keys.pop_back();

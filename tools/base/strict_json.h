@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// JSON files of unknown origin, read without trusting them, and JSON that people write, read strictly: comments are
-// allowed, but an unknown or repeated key, a missing one and a wrong type are refused by file and place ("sweep.json:
+// Reads JSON files of unknown origin safely, and JSON that people write strictly. In the latter, comments are allowed,
+// but an unknown or repeated key, a missing one and a wrong type are refused by file and place ("sweep.json:
 // series[2].build.cell-sise: ...").
 #pragma once
 
@@ -30,9 +30,9 @@ class JsonPlace {
   void expect_keys(std::initializer_list<std::string_view> required,
                    std::initializer_list<std::string_view> optional) const;
   [[nodiscard]] bool has(std::string_view key) const;
-  [[nodiscard]] JsonPlace at(std::string_view key) const;                        // of an object that has it
-  [[nodiscard]] std::vector<std::pair<std::string, JsonPlace>> members() const;  // of an object, by name
-  [[nodiscard]] std::vector<JsonPlace> elements() const;                         // of an array
+  [[nodiscard]] JsonPlace at(std::string_view key) const;                        // requires an object that has the key
+  [[nodiscard]] std::vector<std::pair<std::string, JsonPlace>> members() const;  // an object's, sorted by name
+  [[nodiscard]] std::vector<JsonPlace> elements() const;                         // an array's
   [[nodiscard]] std::string text() const;                                        // not empty, one line
   [[nodiscard]] std::string one_of(std::initializer_list<std::string_view> words) const;
   [[nodiscard]] double number() const;                                         // finite
@@ -53,8 +53,8 @@ inline constexpr int kDeepestJson = 100;
 // kDeepestJson. Every JSON text that this process did not write itself comes through here.
 [[nodiscard]] nlohmann::json parse_json(std::string_view text, const std::string& file);
 
-// The same of a text in which numbers may be nan or inf, as Python and C++ write what is no number and what is too
-// large: these become texts such as "NaN", so that JsonPlace::number() refuses them where they stand.
+// Like parse_json(), for a text in which numbers may be nan or inf, as Python and C++ write them. These become texts
+// such as "NaN", so that JsonPlace::number() refuses them with their place.
 [[nodiscard]] nlohmann::json parse_json_with_nan(std::string_view text, const std::string& file);
 
 // A file's value. Throws InputError as read_whole_file() and parse_json() do; the second also where a key is repeated.

@@ -164,7 +164,7 @@ class CaptureRun {
   }
 
   [[nodiscard]] std::string log_of(const std::string& step) const {
-    return " (COLMAP's words: " + ColmapProgram::log(work_, step).string() + ")";
+    return " (COLMAP's log: " + ColmapProgram::log(work_, step).string() + ")";
   }
 
   // Returns whether a database of the photographs `before` holds nothing that is not so `now`: COLMAP passes over
@@ -373,7 +373,7 @@ class CaptureRun {
   fs::path mask_folder_;  // empty: none was given
   CaptureSources sources_;
   CapturedPhotographs captured_;
-  std::map<std::string, fs::path> masks_;  // by photograph
+  std::map<std::string, fs::path> masks_;  // for each photograph
   MatchingPlan plan_;
   KnownPoses poses_;  // with options_.poses
   fs::path work_, model_;

@@ -40,21 +40,22 @@ void check(const CaptureOptions& options);
 
 // How the caller follows the work. Any may be empty.
 struct CaptureListener {
-  std::function<void(const std::string& sentence)> say;  // what begins, what was done before, what to know
-  StageProgress stage;                                   // of all steps but the build
+  std::function<void(const std::string& sentence)>
+      say;              // called when a step begins, for one that was done before, and with advice
+  StageProgress stage;  // progress of all steps but the build
   BuildCallback build;
 };
 
 struct CaptureStep {
   std::string name;  // "photographs" (where some had to be made), "features", "matching", "mapping", "mesh" or "build"
-  bool done_before;  // by an earlier run, with the same inputs
+  bool done_before;  // an earlier run did it with the same inputs
   double time_ms;    // wall time now
 };
 
 struct CaptureResult {
   std::size_t photographs = 0;                  // in the folder, and made of what lies there
-  std::size_t converted = 0;                    // of these, made of other forms
-  std::vector<CapturedVideo> videos;            // of whose frames some became photographs
+  std::size_t converted = 0;                    // how many of these were converted from other forms
+  std::vector<CapturedVideo> videos;            // videos with frames that became photographs
   std::map<std::string, std::string> left_out;  // files that are not used, by name, with the reason
   std::vector<std::string> missed;              // photographs without a place, by name
   // How many photographs each reconstruction has; they do not hang together, and the first, of most, was taken.
@@ -62,16 +63,16 @@ struct CaptureResult {
   std::vector<CaptureStep> steps;
   std::vector<std::string> outliers;  // names of placed photographs that the build left out: they agree with no other
   std::vector<std::string> warnings;  // reasons not to trust the mesh, in sentences; none where it was made before
-  nlohmann::json summary;             // of the build: tools/pipeline/build_summary.h
+  nlohmann::json summary;             // the build's: tools/pipeline/build_summary.h
 };
 
 // From a folder of photographs and videos, or one video: makes photographs of what COLMAP does not read, then features,
 // matching and mapping by COLMAP, then mesh and build. `work` becomes a scene that every command reads: images/ (see
 // prepared_photographs.h), masks (a link, with options.masks), sparse/0/, mesh.ply; beside these stand videos/,
-// COLMAP's database, its other reconstructions, its logs, and capture.json, which tells what is done. A step whose
-// inputs (names, sizes and times of files, options, the steps before) and outputs are as an earlier run left them is
-// passed over; features and matching that were broken off, or have got more photographs, go on where they were, and so
-// does a mesh that was broken off. Photographs that are held out give no depths to it.
+// COLMAP's database, its other reconstructions, its logs, and capture.json, which tells what is done. A step is skipped
+// if its inputs (names, sizes and times of files, options, the steps before) and outputs are as an earlier run left
+// them. Features and matching that were interrupted, or that have more photographs now, continue where they were, and
+// so does an interrupted mesh. Photographs that are held out give no depths to it.
 //
 // Throws InputError: also without COLMAP, where it fails or places no photograph, where `work` or `model` lie among the
 // photographs, and where `work` holds something else; Interrupted, with what is done kept.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What `lumatlas capture --json` prints.
+// The JSON that `lumatlas capture --json` prints.
 #pragma once
 
 #include <filesystem>

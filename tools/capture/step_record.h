@@ -12,10 +12,11 @@ namespace lumatlas {
 // Size and time of last change of a file, by which another one under its name is told. Null: there is no such file.
 [[nodiscard]] nlohmann::json file_state(const std::filesystem::path& file);
 
-// Whether JSON can hold the text as it is.
+// Returns whether JSON can hold the text as it is.
 [[nodiscard]] bool is_utf8(const std::string& text);
 
-// What a StepRecord keeps of inputs: the same value with texts that JSON can hold, another one for each text.
+// Returns the value as a StepRecord keeps it: texts that JSON cannot hold are replaced, different ones by different
+// texts.
 [[nodiscard]] nlohmann::json kept_json(const nlohmann::json& value);
 
 // A JSON file that is written anew, in one step, whenever a step begins or ends. Texts in it that are not UTF-8, names
@@ -26,7 +27,7 @@ class StepRecord {
   // file that is no record, and where none can be written.
   explicit StepRecord(std::filesystem::path file);
 
-  // Whether it was finished with these inputs, and its outputs are still as it left them.
+  // Returns whether the step was finished with these inputs, and its outputs are still as it left them.
   [[nodiscard]] bool is_done(const std::string& step, const nlohmann::json& inputs) const;
   // kept_json() of what the step was last begun with; null: it never was.
   [[nodiscard]] nlohmann::json inputs(const std::string& step) const;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What a command prints on stdout: its result, as text or as JSON. tools/cli/README.md lists the keys.
+// Prints the result of a command on stdout, as text or as JSON. tools/cli/README.md lists the keys.
 #pragma once
 
 #include <filesystem>

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What must hold before anything else runs. The standard streams are open, so that nothing that a library opens takes
-// their numbers. And the limits of the process are high enough: liblog4cplus, which comes with OpenImageIO, starts
-// threads as soon as it is loaded and aborts where it cannot, and so does a library that finds no memory.
+// Sets up what must hold before anything else runs. The standard streams are open, so that no file that a library opens
+// takes their numbers. The limits of the process are high enough: liblog4cplus, which comes with OpenImageIO, starts
+// threads as soon as it is loaded and aborts if it cannot, and so does a library that finds no memory.
 #include <unistd.h>
 
 #include <string>

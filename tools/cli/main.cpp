@@ -11,7 +11,7 @@
 #include "tools/cli/command_line.h"
 
 int main(int argc, char** argv) {
-  // Where it was not done before main(), see limits_before_main.cpp: before the first pipe is opened.
+  // Opens the streams before the first pipe, if limits_before_main.cpp could not.
   if (const std::string complaint = lumatlas::complaint_about_streams(); !complaint.empty()) {
     std::cerr << "lumatlas: " << complaint << '\n';
     return 1;

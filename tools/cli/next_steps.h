@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What the commands that make a model end with: the lines to type next, each after what it is for.
+// The last lines of the commands that make a model: the commands to type next, each after its purpose.
 #pragma once
 
 #include <filesystem>

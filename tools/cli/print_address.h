@@ -6,8 +6,8 @@
 
 namespace lumatlas {
 
-// Prints the address on stdout as a line, or with --json as an object with the key "address", and flushes: who reads it
-// waits for it. Throws InputError if it cannot be written, for a page whose address nobody learns serves nobody, and
+// Prints the address on stdout as a line, or with --json as an object with the key "address", and flushes, because the
+// reader waits for it. Throws InputError if it cannot be written, since a page at an unknown address is of no use, and
 // Interrupted after SIGPIPE.
 void print_address(const std::string& address, bool as_json);
 

@@ -36,7 +36,7 @@ std::vector<Camera> cameras_in(const Snapshot& snapshot) {
   return cameras;
 }
 
-// Where a textured mesh appears, complete or not at all.
+// A textured mesh that appears complete or not at all.
 class TexturedOutput {
  public:
   TexturedOutput(const fs::path& output, ExportForm form) : form_(form) {

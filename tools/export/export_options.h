@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What an export is told.
+// The options of an export.
 #pragma once
 
 #include <array>
@@ -32,13 +32,13 @@ inline const std::array<std::pair<std::string, ColorOptions::Exposure>, 2> kText
 
 struct ExportOptions {
   ExportForm form = ExportForm::glb;
-  ImageCoding photographs = SiteOptions{}.photographs;  // of ExportForm::web, which uses nothing else of these
+  ImageCoding photographs = SiteOptions{}.photographs;  // for ExportForm::web, which uses nothing else of these
 
   TextureOptions texture;
-  PageCoding image;                            // of the texture's pages; WebP is for glb and gltf
+  PageCoding image;                            // for the texture's pages; WebP is for glb and gltf
   bool as_scene = false;                       // keep the scene's axes; else up, as the cameras were held, is +y
   std::optional<std::filesystem::path> scene;  // its photographs give the colours too, but none that was held out
-  PictureFolders pictures;                     // of `scene`
+  PictureFolders pictures;                     // the pictures of `scene`
 };
 
 // Throws std::invalid_argument naming the field, its value and the rule that it breaks; also where `output` has an

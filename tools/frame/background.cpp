@@ -19,7 +19,7 @@ namespace lumatlas {
 
 namespace {
 
-constexpr double kSoftShare = 0.01;     // of the longer side, over which the surface fades
+constexpr double kSoftShare = 0.01;     // share of the longer side, over which the surface fades
 constexpr std::uint32_t kBlurCell = 4;  // pixels; colours beside the surface are means over squares of this side
 
 // Colours times weights, and weights, on a grid.
@@ -105,8 +105,8 @@ Grid continued(const Linear& picture) {
   return grid;
 }
 
-// What is behind the surface at each pixel, and how much of the surface is seen: calls use(pixel, behind, coverage) for
-// those where it is not seen wholly.
+// Calls use(pixel, behind, coverage) for each pixel that the surface does not cover wholly: `behind` is the
+// background's colour there, and `coverage` the surface's share.
 template <typename Use>
 void each_open_pixel(const Linear& picture, const Background& background, const std::vector<float>& coverage,
                      const Use& use) {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What a picture shows where the model has no surface, and how its surface ends there: within a hundredth of the
-// picture's longer side it becomes transparent, so that no hard edge shows where only the mesh ends.
+// Draws the background where the model has no surface, and fades the surface's end: within a hundredth of the picture's
+// longer side it becomes transparent, so that no hard edge shows where only the mesh ends.
 #pragma once
 
 #include <array>
@@ -22,18 +22,20 @@ struct Background {
     plain,        // one colour
   };
   Kind kind = Kind::blurred;
-  std::array<std::uint8_t, 3> color{};  // of plain, sRGB
+  std::array<std::uint8_t, 3> color{};  // for plain, sRGB
 };
 
 // "alpha", "blur", "black", "white" or "#rrggbb"; none for any other name.
 [[nodiscard]] std::optional<Background> background_named(const std::string& name);
 
-// By pixel, row by row: 0 where no surface is, rising to 1 with the distance in pixels to the nearest such place. Where
-// the picture ends the surface goes on. Throws std::invalid_argument unless there is a state for each pixel.
+// Returns for each pixel, row by row, 0 where there is no surface, rising to 1 with the distance in pixels to the
+// nearest such pixel. The surface is taken to go on beyond the picture. Throws std::invalid_argument unless there is a
+// state for each pixel.
 [[nodiscard]] std::vector<float> soft_coverage(const std::vector<PixelState>& state, std::uint32_t width,
                                                std::uint32_t height);
 
-// Of which alpha is not multiplied into the colours; those of transparent pixels are blurred from their neighbours'.
+// A picture whose alpha is not multiplied into the colours. Colours of transparent pixels are blurred from their
+// neighbours'.
 struct SoftPicture {
   Photograph picture;
   std::vector<std::uint8_t> alpha;  // 255 is opaque; empty: all of it is

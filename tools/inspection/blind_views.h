@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Whether the views of a scene see its mesh.
+// Tests whether the views of a scene see its mesh.
 #pragma once
 
 #include <cstddef>
@@ -18,7 +18,7 @@ inline constexpr std::uint32_t kGlancePx = 160;  // longer side of the image tha
 // The share of the pixels that show the mesh, [0, 1].
 [[nodiscard]] double covered_share(const VisibilityBuffer& buffer);
 
-// Whether less than 1 % of the pixels show the mesh: the view is called blind.
+// Returns whether less than 1 % of the pixels show the mesh. Such a view is called blind.
 [[nodiscard]] bool sees_next_to_nothing(const VisibilityBuffer& buffer);
 
 // The warning that `blind` of `views` are blind, `first` being the name of one; empty where none is.
@@ -28,13 +28,13 @@ inline constexpr std::uint32_t kGlancePx = 160;  // longer side of the image tha
 [[nodiscard]] std::string empty_frames_warning(double covered);
 
 struct BlindViews {
-  std::size_t looks = 0;  // views that were looked through
-  std::size_t blind = 0;  // of these
+  std::size_t looks = 0;  // views for which the mesh was drawn
+  std::size_t blind = 0;  // how many of these are blind
   std::string first;      // the name of the first blind one; empty: none is
   double covered = 1;     // share of the pixels of all that see the mesh, [0, 1]
 };
 
-// Looks through the views of these ranks, or evenly through 100 of them at most. Throws Interrupted soon after a
+// Draws the mesh for the views of these ranks, or evenly for 100 of them at most. Throws Interrupted soon after a
 // signal.
 [[nodiscard]] BlindViews blind_views(const std::vector<SceneView>& views, const std::vector<std::size_t>& ranks,
                                      const Visibility& visibility);

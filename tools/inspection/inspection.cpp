@@ -48,7 +48,7 @@ json cells_json(const Cells& cells, Partition partition) {
           {"area_share", {{"p5", at(0.05)}, {"median", at(0.5)}, {"p95", at(0.95)}}}};
 }
 
-// What all cameras together see of the mesh.
+// The part of the mesh that all cameras together see.
 struct Glance {
   std::vector<std::string> blind;  // views with next to nothing of the mesh in their image
   std::size_t unseen_cells = 0;
@@ -106,7 +106,7 @@ json warnings(const Glance& seen, const MeshDiagnosis& fit, const SceneViews& sc
   return list;
 }
 
-// Of a scene without a mesh.
+// Inspects a scene without a mesh.
 json inspect_views(const std::filesystem::path& scene_path) {
   const SceneViews scene = read_scene_views(scene_path, glm::dvec3(0));
   json result{{"mesh", nullptr},

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What a scene holds and what is wrong with it.
+// Lists what a scene holds and what is wrong with it.
 #pragma once
 
 #include <filesystem>

@@ -40,7 +40,7 @@ struct Unit {
   const char* name;
 };
 
-// What a mesh has to be multiplied by, and how that comes about.
+// Factors by which a mesh may have to be multiplied, and how each comes about.
 constexpr Unit kUnits[] = {{1e-3, ", as in millimetres for metres"},
                            {1e3, ", as in metres for millimetres"},
                            {1e-2, ", as in centimetres for metres"},
@@ -77,7 +77,7 @@ std::vector<glm::dmat3> all_axes() {
   return all;
 }
 
-constexpr const char* kYUp = "x,-z,y";  // what makes a mesh that is y up z up
+constexpr const char* kYUp = "x,-z,y";  // turns a mesh that is y up to z up
 constexpr const char* kZUp = "x,z,-y";
 constexpr const char* kTurnedOver = "x,-y,-z";
 
@@ -191,7 +191,7 @@ std::string far_away_text(const Mesh& mesh, const std::vector<SceneView>& views,
          "shift or offset, and name it in what they export";
 }
 
-// None where there are no points or they cannot be read: commands that need them say what is wrong with them.
+// Returns nothing if there are no points or they cannot be read. Commands that need them report the fault.
 std::optional<ScenePoints> points_of(const std::filesystem::path& scene) {
   try {
     return read_scene_points(scene, std::nullopt);
@@ -224,7 +224,7 @@ std::string border_warning(double share) {
   return text;
 }
 
-// What mesh, photographs and points of a scene are compared by.
+// The evidence by which mesh, photographs and points of a scene are compared.
 struct Evidence {
   const SurfaceInput& facts;
   const Mesh& mesh;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What is likely to be wrong where the mesh of a scene and its photographs do not fit: tries simple explanations and
-// names the one under which they do.
+// Finds the likely fault where the mesh of a scene and its photographs do not fit: tries simple explanations and names
+// the one under which they do.
 #pragma once
 
 #include <filesystem>
@@ -30,8 +30,9 @@ struct MeshDiagnosisOptions {
   // With how many others each photograph must share points of the mesh, on average, under an explanation that is named:
   // a mesh that is made small enough is in few pictures, and these may agree by chance. >= 1
   double least_shared = 2;
-  // The share of the scene's points that must lie on the mesh, to so much of their depth, for a mesh under suspicion to
-  // be cleared. Of a mesh that was made from few of them 0.78 do, of wrong ones 0.00 to 0.41, which is chance.
+  // The share of the scene's points that must lie on the mesh, within a tolerance relative to their depth, to clear a
+  // mesh under suspicion. A mesh that was made from few of them reached 0.78; wrong meshes reached 0.00 to 0.41, which
+  // is chance.
   double least_points_on_mesh = 0.6;  // (0, 1)
   double same_place = 0.05;           // (0, 1)
   double least_border = 0.003;        // share of a picture that is told of as a black border, (0, 1)

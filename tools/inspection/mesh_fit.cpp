@@ -143,7 +143,7 @@ void add_band(SmallPicture& picture) {
   for (std::size_t i = 0; i < coarse.size(); ++i) picture.band[i] -= coarse[i];
 }
 
-// Of the marked pixels those that are joined to the picture's edge by others.
+// Returns the marked pixels that other marked pixels join to the picture's edge.
 std::vector<std::uint8_t> joined_to_edge(std::vector<std::uint8_t> marked, std::uint32_t width, std::uint32_t height) {
   std::vector<std::uint8_t> joined(marked.size(), 0);
   std::vector<std::size_t> open;
@@ -168,7 +168,8 @@ std::vector<std::uint8_t> joined_to_edge(std::vector<std::uint8_t> marked, std::
   return joined;
 }
 
-// As it was before it was changed. Of a picture that is not square, an odd number of quarters is none.
+// Returns the picture as it was before the change. A picture that is not square cannot have been turned by an odd
+// number of quarters.
 SmallPicture undone(const SmallPicture& picture, const PictureChange& change) {
   SmallPicture result = picture;
   const std::uint32_t w = picture.width, h = picture.height;
@@ -215,7 +216,7 @@ ChangedCamera changed(Camera camera, const MeshFrame& change, const glm::dvec3& 
   return {camera, flipped};
 }
 
-// None where a point in the camera's frame is behind it or outside its image.
+// Returns nothing for a point in the camera's frame that is behind it or outside its image.
 std::optional<std::size_t> pixel_of(const Camera& camera, const glm::dvec3& cam) {
   if (!(cam.z > 0)) return std::nullopt;
   const glm::dvec2 image = camera.image_from_cam(cam);
@@ -365,7 +366,7 @@ double MeshFitMeter::points_on_mesh(const ScenePoints& points, double same_place
       const double depth = double{looks[look].visible.depth[*pixel]};
       on_faces += on_face && std::abs(depth - cam.z) <= same_place * cam.z ? 1 : 0;
     }
-    // Where it is not known which views saw a point, it may be hidden in most.
+    // A point without a list of the views that saw it may be hidden in most.
     const std::size_t needed = points.views[i].empty() ? 1 : (in_views + 1) / 2;
     seen += in_views > 0 ? 1 : 0;
     on_mesh += in_views > 0 && on_faces >= needed ? 1 : 0;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Whether the mesh of a scene and its photographs belong together, and if not, what is likely to be wrong.
+// Tests whether the mesh of a scene and its photographs belong together, and if not, finds what is likely to be wrong.
 //
 // Some photographs are made small. Points of the mesh that one of them shows are looked up in the others, by the poses
 // and depths as given, and the colours are compared. Two figures say how well they agree:
@@ -42,14 +42,14 @@ struct MeshFitOptions {
 void check(const MeshFitOptions& options);
 
 struct MeshFit {
-  std::size_t pairs = 0;   // of photographs that share points of the mesh, each in both directions
+  std::size_t pairs = 0;   // photographs that share points of the mesh, each pair in both directions
   std::size_t points = 0;  // over all pairs
   double correlation = 0;  // median over the pairs, in [-1, 1]; the figures are NaN without a pair
   double residual = 0;     // over all points, sRGB
   double outliers = 0;     // share of the points, in [0, 1]
 };
 
-// What was done to photographs after their poses were found: turned clockwise by so many quarters, or mirrored.
+// A change of photographs after their poses were found: quarter turns clockwise, or mirrored.
 struct PictureChange {
   std::uint32_t quarter_turns = 0;
   bool mirrored = false;

@@ -38,7 +38,7 @@ struct SurfaceSample {
 // Evenly over the area: each face has its share of samples, along a line from a corner through it.
 std::vector<SurfaceSample> sampled_surface(const Mesh& mesh) {
   constexpr double kSamples = 20'000;
-  std::vector<glm::dvec3> normals;  // as long as twice the face's area
+  std::vector<glm::dvec3> normals;  // with twice the face's area as length
   double area = 0;
   for (const glm::uvec3& face : mesh.faces) {
     const glm::dvec3 a(mesh.positions[face.x]), b(mesh.positions[face.y]), c(mesh.positions[face.z]);
@@ -107,13 +107,14 @@ struct PlaneDistance {
 };
 
 struct ShiftFit {
-  glm::dvec3 shift{0};                                    // of the mesh
+  glm::dvec3 shift{0};                                    // the mesh's
   double cost = std::numeric_limits<double>::infinity();  // mean distance to planes, those of strays cut off
   double distance = 0;                                    // that half of the points have to their planes at most
   double to_samples = 0;                                  // the same to the samples
 };
 
-// By distance to the samples. Points further than `reach` from all have that distance to no plane.
+// Returns distances to the samples' planes. A point further than `reach` from all samples has that distance and no
+// plane.
 std::vector<PlaneDistance> plane_distances(const SampleTree& tree, const std::vector<glm::dvec3>& points,
                                            const glm::dvec3& shift, double reach) {
   std::vector<PlaneDistance> distances;
@@ -135,7 +136,7 @@ std::vector<PlaneDistance> plane_distances(const SampleTree& tree, const std::ve
 // The shift that brings the nearest nine tenths of the points onto their planes, those that are up to `usual` away
 // before others (Geman and McClure's weights); a direction that no plane says anything of stays.
 glm::dvec3 step_to_planes(const std::vector<PlaneDistance>& distances, double usual) {
-  constexpr double kDamping = 1e-3;  // of the mean of the diagonal
+  constexpr double kDamping = 1e-3;  // share of the mean of the diagonal
   glm::dmat3 a(0.0);
   glm::dvec3 b(0);
   double sum = 0;
@@ -168,7 +169,7 @@ ShiftFit judged_fit(const std::vector<PlaneDistance>& distances, const glm::dvec
 ShiftFit fitted(const SampleTree& tree, const std::vector<glm::dvec3>& points, const glm::dvec3& begin, double diameter,
                 double usual, int steps) {
   constexpr double kShrinking = 0.7;
-  constexpr double kLeastUsual = 1e-3, kStray = 0.02, kReach = 0.2;  // of the diameter
+  constexpr double kLeastUsual = 1e-3, kStray = 0.02, kReach = 0.2;  // shares of the diameter
   glm::dvec3 shift = begin;
   for (int step = 0;; ++step) {
     throw_if_interrupted();
@@ -204,7 +205,7 @@ std::vector<glm::dvec3> every_nth(std::span<const glm::dvec3> points, std::size_
 ShiftFit best_fit(const SampleTree& tree, std::span<const glm::dvec3> points, const glm::dvec3& middle,
                   double diameter) {
   constexpr int kGrid = 2, kSteps = 8, kMoreSteps = 15;
-  constexpr double kSpacing = 1.0 / 20, kUsual = 0.05, kUsualLater = 0.01;  // of the diameter
+  constexpr double kSpacing = 1.0 / 20, kUsual = 0.05, kUsualLater = 0.01;  // shares of the diameter
   constexpr std::size_t kBest = 8, kFew = 200, kMore = 1000, kMost = 5000;  // fits and points
   std::vector<ShiftFit> fits;
   const std::vector<glm::dvec3> few = every_nth(points, kFew), more = every_nth(points, kMore);
@@ -247,7 +248,7 @@ glm::dvec3 rounded_shift(const glm::dvec3& shift, double tolerance) {
 
 std::optional<glm::dvec3> estimated_mesh_shift(const Mesh& mesh, std::span<const glm::dvec3> points) {
   constexpr std::size_t kFewestPoints = 50, kForMiddle = 5000;
-  constexpr double kOnMesh = 0.02, kLeastTolerance = 1e-4;  // of the diameter
+  constexpr double kOnMesh = 0.02, kLeastTolerance = 1e-4;  // shares of the diameter
   if (points.size() < kFewestPoints) return std::nullopt;
   std::vector<SurfaceSample> samples = sampled_surface(mesh);
   if (samples.empty()) return std::nullopt;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// By how much a mesh is shifted against the points of its scene.
+// Finds by how much a mesh is shifted against the points of its scene.
 #pragma once
 
 #include <glm/vec3.hpp>

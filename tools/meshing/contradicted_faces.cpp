@@ -19,11 +19,11 @@ namespace lumatlas {
 namespace {
 
 constexpr int kLeastAgreeing = 2;            // photographs that confirm a depth
-constexpr float kDeviations = 4;             // of a measured depth, and
+constexpr float kDeviations = 4;             // deviations of a measured depth, and
 constexpr float kLeastDistance = 0.05F;      // share of the depth, by which a measured point lies off a face
 constexpr double kMostlyBehind = 0.5;        // share of a face's pixels that measure behind it
 constexpr double kHardlyOn = 0.1;            // share of a face's pixels that measure the face
-constexpr std::size_t kLeastViewPixels = 8;  // of a group in a view that counts
+constexpr std::size_t kLeastViewPixels = 8;  // least size of a group in a view that counts
 constexpr std::size_t kLeastViews = 3;       // from different directions
 constexpr double kOtherDirection = 0.9976;   // cosine of 4 degrees
 constexpr double kLeastParallaxPx = 2;       // between a face and what is behind it, to tell their colours apart
@@ -215,7 +215,7 @@ class FaceGroups {
 };
 
 struct Group {
-  glm::dvec3 sum{0};  // of the centres of its pixels' faces
+  glm::dvec3 sum{0};  // sum of the centres of its pixels' faces
   std::vector<PixelBehind> pixels;
 
   [[nodiscard]] glm::dvec3 middle() const { return sum / static_cast<double>(pixels.size()); }
@@ -280,7 +280,7 @@ ContradictedFaces contradicted_faces(const Mesh& mesh, std::span<const MeasuredV
     group.pixels.push_back(at);
   }
   ContradictedFaces result;
-  std::set<std::uint32_t> contradicted;  // by the vertex too
+  std::set<std::uint32_t> contradicted;  // the vertex contradicts them too
   for (const auto& [vertex, group] : by_vertex) {
     if (is_contradicted(group, evidence)) contradicted.insert(vertex);
   }

@@ -15,12 +15,12 @@
 namespace lumatlas {
 namespace {
 
-constexpr std::size_t kFewestAdded = 100;  // of a piece that is not taken for noise
+constexpr std::size_t kFewestAdded = 100;  // fewest faces of a piece that is not taken for noise
 
 // How often a face of the other mesh is seen, by pixels of all photographs.
 struct Votes {
-  std::uint32_t lacking = 0;  // where nothing of the given mesh is seen
-  std::uint32_t present = 0;  // where something of it is seen, before or behind
+  std::uint32_t lacking = 0;  // views that see nothing of the given mesh there
+  std::uint32_t present = 0;  // views that see something of it, before or behind
 };
 
 class Completion {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What a mesh lacks, from another mesh of the same scene.
+// Adds what a mesh lacks from another mesh of the same scene.
 #pragma once
 
 #include <cstddef>

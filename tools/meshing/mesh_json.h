@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What `lumatlas mesh --json` prints of a mesh.
+// The JSON that `lumatlas mesh --json` prints of a mesh.
 #pragma once
 
 #include <filesystem>

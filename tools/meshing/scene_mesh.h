@@ -20,7 +20,7 @@
 
 namespace lumatlas {
 
-// What a mesh is made of.
+// The source of a mesh.
 enum class MeshSource { points, depth_images, photographs };
 
 [[nodiscard]] std::string name_of(MeshSource source);  // "points", "depth images" or "photographs"
@@ -28,7 +28,7 @@ enum class MeshSource { points, depth_images, photographs };
 struct SceneMeshOptions {
   // Mesh file to complete (tools/meshing/mesh_completion.h). The file stays as it is. None: the new mesh stands alone.
   std::optional<std::filesystem::path> complete;
-  MeshFrame complete_frame;                     // of that file against the poses
+  MeshFrame complete_frame;                     // the frame of that file against the poses
   std::optional<MeshSource> from;               // source of the surface; none: see mesh_from_scene()
   std::optional<std::filesystem::path> points;  // PLY file; none: the scene's own points (tools/scene/scene_points.h)
   PictureFolders pictures;                      // folders of the photographs and their masks

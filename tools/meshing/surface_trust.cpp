@@ -28,7 +28,7 @@ using Search = CGAL::Orthogonal_k_neighbor_search<CGAL::Search_traits_3<Kernel>>
 
 constexpr std::uint32_t kGlancePx = 160;    // longer side of the pictures that are looked at
 constexpr std::size_t kMostPoints = 50000;  // whose distance is measured
-constexpr std::size_t kPixelStep = 7;       // of covered pixels, whose distance from the points is measured
+constexpr std::size_t kPixelStep = 7;       // step between covered pixels whose distance from the points is measured
 
 Point cgal(const glm::dvec3& p) {
   return {p.x, p.y, p.z};
@@ -78,7 +78,7 @@ class PixelCounter {
     tree_.insert(all.begin(), all.end());
   }
 
-  // Of the views in ascending order of their `index`.
+  // Adds a view. Views come in ascending order of `index`.
   void look(const Camera& full_size, std::size_t index) {
     const Camera view = full_size.shrunk_to(kGlancePx);
     visibility_->trace(view, buffer_);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Letters for legends in pictures: five dots wide and seven high, two below the line. No library, no font file.
+// Draws text on pictures with the font of stb_easy_font.h, which needs no font file.
 #pragma once
 
 #include <cstdint>
@@ -10,14 +10,13 @@
 
 namespace lumatlas {
 
-inline constexpr std::uint32_t kGlyphAdvance = 6;  // dots from one letter to the next
-inline constexpr std::uint32_t kGlyphHeight = 9;   // dots
+inline constexpr std::uint32_t kGlyphHeight = 9;  // dots: seven above the line, two below
 
-// Each dot is a square of `scale` >= 1 pixels.
+// Returns the width of the text in pixels. Each dot is a square of `scale` >= 1 pixels.
 [[nodiscard]] std::uint32_t text_width(std::string_view text, std::uint32_t scale);
 
-// The text's top left corner is at (left, top); what lies outside of the picture is cut off. Letters, digits, space and
-// . , : - + = _ / ( ) % < > ?; any other byte becomes '?', of a character of several bytes the first alone.
+// Draws the text with its top left corner at (left, top), and cuts off what lies outside the picture. Each character
+// other than the printable ones of ASCII becomes one '?', however many bytes of UTF-8 it has.
 void draw_text(Photograph& picture, std::int64_t left, std::int64_t top, std::string_view text, std::uint32_t scale,
                const Rgb8& color);
 

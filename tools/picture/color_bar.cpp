@@ -52,16 +52,17 @@ std::vector<double> labelled(const ColorScale& scale, std::size_t count) {
   return numbers;
 }
 
-// Where each named colour goes: in lines as wide as the picture.
-struct Place {
+// The position of a named colour, in lines as wide as the picture.
+struct NamePosition {
   std::uint32_t left, line;
 };
 std::uint32_t name_width(const NamedColor& named, std::uint32_t scale) {
   return (kSwatch + 4) * scale + text_width(named.name, scale);
 }
 
-std::vector<Place> places_of(const std::vector<NamedColor>& names, std::uint32_t width, std::uint32_t scale) {
-  std::vector<Place> places;
+std::vector<NamePosition> name_positions(const std::vector<NamedColor>& names, std::uint32_t width,
+                                         std::uint32_t scale) {
+  std::vector<NamePosition> places;
   std::uint32_t left = kMargin * scale;
   std::uint32_t line = 0;
   for (const NamedColor& named : names) {
@@ -104,7 +105,7 @@ void draw_scale(Photograph& canvas, const ColorScale& scale, std::uint32_t top, 
 }
 
 void draw_names(Photograph& canvas, const std::vector<NamedColor>& names, std::uint32_t top, std::uint32_t dot) {
-  const std::vector<Place> places = places_of(names, canvas.width, dot);
+  const std::vector<NamePosition> places = name_positions(names, canvas.width, dot);
   for (std::size_t i = 0; i < names.size(); ++i) {
     const std::uint32_t y = top + places[i].line * kLine * dot;
     // A rim, so that a swatch of the background's colour is seen.
@@ -123,7 +124,7 @@ void require_scale(const ColorScale& scale) {
 }  // namespace
 
 std::vector<double> round_numbers(double least, double most, std::size_t count, bool whole) {
-  constexpr double kSlack = 1e-9;  // of a step: 0.3 / 0.1 is less than 3
+  constexpr double kSlack = 1e-9;  // share of a step: 0.3 / 0.1 is less than 3
   const auto inside = [&](double step) {
     return std::floor(most / step + kSlack) - std::ceil(least / step - kSlack) + 1;
   };
@@ -148,7 +149,7 @@ Photograph with_color_bar(const Photograph& picture, const ColorBar& bar) {
   const std::uint32_t scale_top = below - kMargin + 3;
   if (bar.scale) below = scale_top + kBarHeight + kTick + 1 + kGlyphHeight + kMargin;
   const std::uint32_t names_top = below;
-  if (!bar.names.empty()) below += (places_of(bar.names, canvas.width, dot).back().line + 1) * kLine + kMargin;
+  if (!bar.names.empty()) below += (name_positions(bar.names, canvas.width, dot).back().line + 1) * kLine + kMargin;
   canvas.height = picture.height + below * dot;
   canvas.rgb.resize(std::size_t{3} * canvas.width * canvas.height);
   fill(canvas, 0, 0, canvas.width, canvas.height, kBackground);

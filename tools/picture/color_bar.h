@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What the colours of a picture mean, drawn below it: a title with the unit, a bar with its numbers, and names of
-// single colours.
+// Draws the legend of a picture below it: a title with the unit, a bar with its numbers, and names of single colours.
 #pragma once
 
 #include <functional>
@@ -33,9 +32,8 @@ struct ColorBar {
   std::vector<NamedColor> names;
 };
 
-// Round numbers (1, 2 or 5 times a power of ten apart) from `least` to `most`, both included where they are round
-// themselves: at least two and at most `count`, >= 2, ascending, where there are so many; of a `whole` scale only whole
-// ones.
+// Returns round numbers (1, 2 or 5 times a power of ten apart) in [least, most], ascending: at most `count`, >= 2, and
+// at least two if the range has them. With `whole` only whole numbers.
 [[nodiscard]] std::vector<double> round_numbers(double least, double most, std::size_t count, bool whole);
 
 // The picture with the bar below it. It keeps its pixels; where it is narrower than the bar needs, the rest on its

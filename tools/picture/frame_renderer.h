@@ -18,12 +18,12 @@ namespace lumatlas {
 struct FrameOptions {
   Mode mode = Mode::picture;
   BlendOptions blend;
-  std::optional<ValueRange> range;  // of the mode's colours; none: its own, see ModeColors
+  std::optional<ValueRange> range;  // the mode's range of colours; none: its own, see ModeColors
   bool color_bar = true;            // below a mode's picture
-  Background background;            // of Mode::picture
+  Background background;            // for Mode::picture
 };
 
-// Whether a mode is drawn by the renderer; the others are by rays alone, and need no OpenGL.
+// Returns whether the renderer draws a mode. The other modes cast rays alone and need no OpenGL.
 [[nodiscard]] bool needs_renderer(Mode mode);
 
 class FrameRenderer {

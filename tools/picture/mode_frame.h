@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What a picture may show instead of colours (`lumatlas render --mode`), pixel by pixel: numbers, or why there is none.
-// Paper Fig. 1, 7 and 14.
+// The pictures of `lumatlas render --mode` other than colours, pixel by pixel: a number, or why there is none. Paper
+// Fig. 1, 7 and 14.
 #pragma once
 
 #include <array>
@@ -20,7 +20,7 @@ namespace lumatlas {
 
 enum class Mode {
   picture,
-  coverage,     // of the cell, by the measure that the views were chosen by
+  coverage,     // the cell's coverage, by the measure that the views were chosen by
   references,   // how many views the cell refers to
   valid_views,  // how many of those are valid at the pixel
   winner,       // which one weighs most: its slot
@@ -42,7 +42,7 @@ inline const std::array<std::pair<std::string, Mode>, 10> kModesByName{{{"pictur
                                                                         {"depth", Mode::depth},
                                                                         {"error", Mode::error}}};
 
-// Whether a pixel has a number, and if not, why (paper Fig. 1 keeps unseen and untextured apart).
+// Tells whether a pixel has a number, and if not, why (paper Fig. 1 keeps unseen and untextured apart).
 enum class PixelMark : std::uint8_t {
   number,
   no_surface,

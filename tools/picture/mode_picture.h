@@ -20,10 +20,10 @@ struct ValueRange {
 // Colours of all frames of a run, so that they can be compared.
 class ModeColors {
  public:
-  // Without a range, the mode's own: coverage from 0 to 1, or to the best cell's if that is more; references and valid
-  // views from 0 to the most references of a cell; depth from 0 to what 98 % of the stored views' pixels are nearer
-  // than; error from 0 to kErrorFullScale. Throws std::invalid_argument for Mode::picture, for a range that is empty or
-  // not finite, and for one where the mode has none (see has_range()).
+  // Without a range, the mode has its own. Coverage goes from 0 to 1, or to the best cell's if that is more. References
+  // and valid views go from 0 to the most references of a cell. Depth goes from 0 to the depth that 98 % of the stored
+  // views' pixels stay below. Error goes from 0 to kErrorFullScale. Throws std::invalid_argument for Mode::picture, for
+  // a range that is empty or not finite, and for one where the mode has none (see has_range()).
   ModeColors(const Snapshot& snapshot, Mode mode, const std::optional<ValueRange>& range);
 
   [[nodiscard]] Photograph paint(const ModeFrame& frame) const;

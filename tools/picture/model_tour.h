@@ -22,12 +22,12 @@ struct TourOptions {
     keys,     // smoothly through the key frames of `path`
   };
   Kind kind = Kind::orbit;
-  std::filesystem::path path;          // of Kind::keys: JSON, see tools/picture/README.md
+  std::filesystem::path path;          // for Kind::keys: JSON, see tools/picture/README.md
   std::size_t frames = 120;            // >= 1
   std::uint32_t width = 1280;          // pixels, [1, 65536]
   std::uint32_t height = 720;          // pixels, [1, 65536]
   double fov_deg = 70;                 // horizontal field of view where `path` names none, [1, 170]
-  std::uint32_t hilbert_order = 3;     // of Kind::hilbert: the curve has 2^order turns a side, [1, kMostHilbertOrder]
+  std::uint32_t hilbert_order = 3;     // for Kind::hilbert: the curve has 2^order turns a side, [1, kMostHilbertOrder]
   bool anywhere = false;               // orbits and Hilbert flights may lead past what no photograph shows
   std::function<void()> cancel_check;  // called again and again; what it throws ends the work; empty: not called
 };

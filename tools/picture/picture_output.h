@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Where rendered pictures go: files of their own, or frames of a video.
+// The destination of rendered pictures: files of their own, or frames of a video.
 #pragma once
 
 #include <filesystem>
@@ -33,9 +33,10 @@ class PictureOutput {
   // The same for a frame of a path: its number, padded to five digits or to what the last one of `count` needs.
   [[nodiscard]] std::filesystem::path file_for_frame(std::size_t index, std::size_t count) const;
 
-  // Of png and mp4, which looks neither at `file` nor at alpha; all frames of a video must have one size (InputError).
+  // Writes the colours for png and mp4. mp4 ignores `file` and alpha, and all frames of a video must have one size
+  // (InputError).
   void write(const std::filesystem::path& file, const SoftPicture& picture);
-  void write(const std::filesystem::path& file, const FloatImage& image);  // of exr
+  void write(const std::filesystem::path& file, const FloatImage& image);  // for exr
   void finish();                                                           // once, after the last
 
  private:

@@ -77,7 +77,7 @@ std::uint32_t capacity_for(const Stream& stream, const BuildOptions& options, st
   return static_cast<std::uint32_t>(capacity);
 }
 
-// What the photographs would take with all of their tiles, as many of the largest as there may be.
+// Returns the bytes of the photographs with all of their tiles, for as many of the largest as there may be.
 std::uint64_t bytes_of_whole_photographs(const Stream& stream, const BuildOptions& options) {
   std::vector<std::uint64_t> tiles;
   for (const SceneView* view : stream) {
@@ -115,7 +115,7 @@ std::optional<GpuBudget> gpu_budget(const BuildOptions& options, const SurfaceIn
   return GpuBudget(options.gpu_bytes, input.surface, options.tiles, input.mesh_file);
 }
 
-// With a bound for the photographs that tiles are chosen from, where nobody gave one: at least the largest fits.
+// Bounds the photographs that tiles are chosen from if the options do not: at least the largest fits.
 PlannerOptions planner_options(const BuildOptions& options, const Stream& stream,
                                const std::optional<GpuBudget>& budget) {
   PlannerOptions planner = options.planner;
@@ -260,7 +260,7 @@ std::optional<std::vector<std::size_t>> chosen_places(const Planner& planner, At
   return std::nullopt;
 }
 
-// What is known of a watched scene at the end of the stream.
+// Adds the facts of a watched scene at the end of the stream.
 void note_watched(WatchedScene& scene, const SceneViews& offered, BuildResult& result) {
   result.views = scene.listed();
   result.scene_notes = scene.notes(offered.views);
@@ -285,7 +285,7 @@ void fit_within(const GpuBudget& budget, const Planner& planner, Atlas& atlas, c
   stage.finish();
 }
 
-// What the model holds of what is stored.
+// Takes the snapshot that the model holds.
 void take_snapshot(Atlas& atlas, const std::optional<GpuBudget>& budget, BuildResult& result) {
   ValidityOptions& validity = result.effective.validity;
   validity = validity_at_scale(validity, result.scale);
@@ -326,7 +326,8 @@ BuildResult choose_and_refine(const std::filesystem::path& scene, const BuildOpt
   result.warnings = mesh.facts.warnings;
   judge(scene, mesh, views.views, ranks, callback, result);
   const FarSphere far = complete(scene, views, ranks, callback, mesh, result);
-  const std::vector<Camera> cameras = cameras_of(views.views, ranks);  // by name, the same for any order of the stream
+  const std::vector<Camera> cameras =
+      cameras_of(views.views, ranks);  // sorted by name, the same for any order of the stream
   input = make_surface(std::move(mesh), options.cells, options.faces, cameras);
   make_room(stream, result.options, input);
   note_surface(input, result);
@@ -372,7 +373,7 @@ BuildResult choose_and_refine(const std::filesystem::path& scene, const BuildOpt
   result.stored_bytes = planner.store().stored_bytes();
   if (watched) {
     watched.reset();
-    atlas.choose_tiles_anew();  // as the first snapshot would
+    atlas.choose_tiles_anew();  // the first snapshot would choose them so
   }
   if (budget) fit_within(*budget, planner, atlas, *seen.visibility, callback, result);
   take_snapshot(atlas, budget, result);

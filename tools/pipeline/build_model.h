@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The main job: a scene's photographs, offered to the planner one by one, become a model.
 //
-// Only photographs that are to be stored are read. Of the others the size is looked at and no more: one of them that is
-// cut off or damaged behind its header is not noticed, and does no harm. A few are read beforehand, to see whether the
-// mesh fits them: tools/inspection/mesh_diagnosis.h.
+// Only photographs that are to be stored are read. Only the size of the others is read: one that is cut off or damaged
+// behind its header is not noticed, and does no harm. A few are read beforehand, to see whether the mesh fits them:
+// tools/inspection/mesh_diagnosis.h.
 #pragma once
 
 #include <chrono>
@@ -34,7 +34,7 @@
 
 namespace lumatlas {
 
-// What the photographs say about a lens, and whether it was done.
+// The correction of a lens that the photographs suggest, and whether it was made.
 struct RefinedLens {
   Camera camera;          // its size, focal lengths and principal point
   std::size_t views = 0;  // stored ones
@@ -49,11 +49,11 @@ struct SkippedView {
   std::string name, why;
 };
 
-// What became of one view that was offered.
+// The result for one offered view.
 struct PlannedView {
   std::string name;
-  // Of a view that nobody looked at: rejected, and nothing else. One that lost its place again before its photograph
-  // was read counts as kept, or replaced, as it was decided then; its `slot` is another's.
+  // `rejected`, and nothing else, for a view whose photograph was not read. A view that lost its place again before its
+  // photograph was read counts as kept, or replaced, as it was decided then; its `slot` is another view's.
   Verdict verdict;
   double read_ms = 0;          // wall time of reading the photograph; 0: it was not read
   double summed_coverage = 0;  // scov afterwards, in cells
@@ -66,15 +66,16 @@ struct OfflinePlan {
   double choose_ms = 0;
 };
 
-// Of PlannerOptions::max_loss_db: what was given up, and what all offered views but outliers would have been.
+// For PlannerOptions::max_loss_db: the views given up, and the size of a store of all offered views except outliers.
 struct Parsimony {
-  PredictedLoss predicted;               // by coverage
-  std::optional<MeasuredLoss> measured;  // by all that was given up after the stream; none: nothing was measured
+  PredictedLoss predicted;  // predicted from coverage
+  std::optional<MeasuredLoss>
+      measured;        // the loss by all that was given up after the stream; none: nothing was measured
   double loss_db = 0;  // in all: what was measured, and what of the rest is predicted; without the former as predicted
   std::vector<std::string> taken_away;  // once the stream had ended, in that order
   std::size_t views = 0;
-  std::uint64_t references = 0;  // of each cell to each view that sees it
-  std::uint64_t gpu_bytes = 0;   // of all that was stored when the stream had ended, before anything was given up
+  std::uint64_t references = 0;  // one for each cell and each view that sees it
+  std::uint64_t gpu_bytes = 0;   // all that was stored when the stream had ended, before anything was given up
 };
 
 // Faces of the mesh that photographs contradict (tools/meshing/contradicted_faces.h).
@@ -85,47 +86,48 @@ struct RemovedFaces {
 
 struct BuildResult {
   Snapshot snapshot;
-  GpuBytes gpu_bytes;  // of the snapshot, as its model file holds it
-  double scale = 1;    // of a photograph's sides, the share that is kept, see BuildOptions::least_scale
-  std::optional<MeasuredLoss> fitted_loss;  // by its scale, and by tiles that gpu_bytes has no room for: FittedViews
-  std::vector<PlannedView> planned;         // in the order of the stream
+  GpuBytes gpu_bytes;  // the snapshot's, as its model file holds it
+  double scale = 1;    // scale of a photograph's sides, see BuildOptions::least_scale
+  std::optional<MeasuredLoss>
+      fitted_loss;                   // the loss by `scale`, and by tiles that gpu_bytes has no room for: FittedViews
+  std::vector<PlannedView> planned;  // in the order of the stream
   std::filesystem::path mesh_file;
-  BuildOptions options;                      // as they were given; `tiles` are those that were taken
-  std::uint64_t closed_holes = 0;            // of the mesh
+  BuildOptions options;                      // the given ones; `tiles` are those that were taken
+  std::uint64_t closed_holes = 0;            // in the mesh
   std::uint64_t simplified_faces = 0;        // SurfaceInput::simplified_faces, and
   double simplified_distance = 0;            // its distance
-  std::vector<std::string> warnings;         // what `lumatlas inspect` would warn of too, in sentences
-  std::optional<TrustShares> trust;          // none where BuildOptions::measure_deviation is off
-  std::optional<FrameShares> frames;         // of the photographs offered; none where complete_surface() did not look
+  std::vector<std::string> warnings;         // sentences that `lumatlas inspect` would print too
+  std::optional<TrustShares> trust;          // none if BuildOptions::measure_deviation is off
+  std::optional<FrameShares> frames;         // the offered photographs' shares; none if complete_surface() did not look
   std::size_t added_faces = 0;               // faces that complete_surface() added to the mesh
   RemovedFaces removed;                      // faces that complete_surface() removed from the mesh
-  std::optional<MeshDiagnosis> fit;          // whether mesh and photographs fit; none of a watched scene
-  std::vector<SkippedView> skipped;          // by name
+  std::optional<MeshDiagnosis> fit;          // the fit of mesh and photographs; none for a watched scene
+  std::vector<SkippedView> skipped;          // sorted by name
   std::vector<std::string> scene_notes;      // sentences: what was assumed of the scene, see SceneViews::notes
-  std::optional<GeoReference> georeference;  // of the scene, see SceneViews::georeference
-  std::size_t views = 0, masked_views = 0;   // of the scene
-  std::size_t listed_to_score = 0;           // of these, SceneView::held_out
+  std::optional<GeoReference> georeference;  // the scene's, see SceneViews::georeference
+  std::size_t views = 0, masked_views = 0;   // in the scene
+  std::size_t listed_to_score = 0;           // how many of these are SceneView::held_out
   PlannerOptions effective;                  // with every automatic value filled in, its masks those of the snapshot
-  std::optional<OfflinePlan> offline;        // of ViewChoice::offline
-  std::optional<Parsimony> parsimony;        // of planner.max_loss_db
-  double texel_loss_db = 0;                  // of max_texel_loss_db: by texels as they are now, with all else, about
-  double face_loss_db = 0;                   // of max_face_loss_db: by faces too, with all views, about; 0: none went
-  std::vector<RefinedLens> lenses;           // empty: lenses were not refined
+  std::optional<OfflinePlan> offline;        // for ViewChoice::offline
+  std::optional<Parsimony> parsimony;        // for planner.max_loss_db
+  double texel_loss_db = 0;         // for max_texel_loss_db: about the loss by texels as they are now, with all else
+  double face_loss_db = 0;          // for max_face_loss_db: about the loss by faces too, with all views; 0: none went
+  std::vector<RefinedLens> lenses;  // empty: lenses were not refined
   double summed_coverage = 0;
-  std::uint64_t stored_bytes = 0;  // of all stored views, as planner/planner.h counts them
-  // Of RefineMode::joint: its steps, and all poses at once where they were solved for.
+  std::uint64_t stored_bytes = 0;  // all stored views', as planner/planner.h counts them
+  // For RefineMode::joint: its steps, and all poses at once where they were solved for.
   std::vector<PolishStep> polish;
   std::optional<PoseEstimate> poses;
   double polish_ms = 0;
   std::uint64_t revisited = 0;  // see Refiner::revisited()
-  // Of BuildOptions::texture_px; none without a stored view, or where there are more charts than it has room for, of
-  // which a warning tells.
+  // For BuildOptions::texture_px. None without a stored view, or if there are more charts than it has room for, which a
+  // warning tells.
   std::optional<BakedTexture> texture;
   double total_ms = 0;
 };
 
-// Called when the stream is about to begin, with the atlas that it fills; what it gives is destroyed before the last
-// snapshot is taken. Whoever takes snapshots meanwhile, from any thread, does not change the result.
+// Called when the stream is about to begin, with the atlas that it fills. Its result is destroyed before the last
+// snapshot is taken. Snapshots taken meanwhile, from any thread, do not change the result.
 using AtlasWatch = std::function<std::shared_ptr<void>(const Atlas&)>;
 
 // Checks the options before it reads anything, and that each view alone fits into planner.max_bytes before it plans

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What a build is told.
+// The options of a build.
 #pragma once
 
 #include <chrono>
@@ -23,10 +23,11 @@ namespace lumatlas {
 
 // Bytes of photographs to choose tiles from, for each that tiles may take on the GPU.
 inline constexpr std::uint64_t kPhotographsPerArray = 4;
-// So many for tiles that take those bytes; of compressed tiles, for what they would take uncompressed.
+// Returns the bytes of photographs to keep for tiles of `tile_bytes`. Compressed tiles count as they would
+// uncompressed.
 [[nodiscard]] std::uint64_t photograph_bytes_for(std::uint64_t tile_bytes, const TileOptions& tiles);
 
-// What is made to agree before a view is stored: see planner/refinement/refiner.h.
+// The parts that are corrected before a view is stored: see planner/refinement/refiner.h.
 enum class RefineMode {
   none,
   exposure,  // gains
@@ -40,11 +41,11 @@ enum class RefineMode {
 enum class ViewChoice {
   online,   // the planner, view by view
   offline,  // the offline planner, which looks through all cameras first: see planner/offline_planner.h
-  uniform,  // nobody: views evenly spaced along the stream
-  random,   // nobody: by chance
+  uniform,  // views evenly spaced along the stream
+  random,   // views by chance
 };
 
-// What finds the visible surface; the two agree but at silhouettes.
+// How the visible surface is found. The two agree except at silhouettes.
 enum class VisibilityBy {
   rays,  // mesh/visibility/visibility.h, on the processor
   gl,    // blend/gl_visibility.h, on the GPU that EGL finds, else on Mesa's software driver
@@ -69,51 +70,51 @@ struct BuildOptions {
   std::optional<MeshFrame> mesh_frame;
   PictureFolders pictures;  // photographs and masks
   CellOptions cells;
-  FaceOptions faces;  // of the mesh that are kept; with pixels, fewer where gpu_bytes are few: see fewer_faces.h
-  CompletionOptions completion;   // of the mesh; not with `watch`, for which not all photographs are there
+  FaceOptions faces;  // the mesh's faces that are kept; with pixels, fewer where gpu_bytes are few: see fewer_faces.h
+  CompletionOptions completion;   // the mesh's completion; not with `watch`, for which not all photographs are there
   bool measure_deviation = true;  // measures the deviation of the surface; else the surface counts as exact
   double close_holes = 0;         // holes of the mesh up to this across are closed, scene units, >= 0
   VisibilityBy visibility_by = VisibilityBy::rays;
   // coverage.ideal_distance 0: the median camera-surface distance of the scene; max_loss_db needs ViewChoice::online
   PlannerOptions planner;
-  RefineMode refine = RefineMode::joint;         // switches off what planner.refinement has on, never on
-  std::uint32_t max_polish_steps = 15;           // of RefineMode::joint, >= 1; lenses and poses may take it further
-  bool refine_lenses = true;                     // of RefineMode::all and joint: see planner/refinement/lens_estimate.h
+  RefineMode refine = RefineMode::joint;  // switches off what planner.refinement has on, never on
+  std::uint32_t max_polish_steps = 15;    // for RefineMode::joint, >= 1; lenses and poses may take it further
+  bool refine_lenses = true;              // for RefineMode::all and joint: see planner/refinement/lens_estimate.h
   std::optional<std::uint32_t> max_views = 100;  // N, >= 1; none: bounded by planner.max_bytes alone
   TileOptions tiles;                             // max_tiles: 0, for array_bytes says it
-  // Instead of `tiles`, where gpu_bytes has no room for the photographs whole, all of them or the largest max_views, or
-  // where nobody knows them, with `watch`; and where max_texel_loss_db allows it. None: `tiles` all the same. Both cut
-  // views into tiles.
+  // The tiles to use instead of `tiles` in three cases: gpu_bytes has no room for all photographs whole, or for the
+  // largest max_views of them; with `watch` they are not known in advance; max_texel_loss_db allows it. None: `tiles`
+  // all the same. Both cut views into tiles.
   std::optional<TileOptions> tight_tiles;
-  std::uint64_t array_bytes = 0;  // that the texture array of tiles may take; 0: what it needs
-  // That the model may take on the GPU, mesh and tables included: see gpu_budget.h. 0: what it needs. Not with
-  // array_bytes. Without max_views and planner.max_bytes, the planner holds four times the photographs that there is
-  // room for, to choose tiles from.
+  std::uint64_t array_bytes = 0;  // the texture array of tiles at most; 0: no bound
+  // Bytes that the model may take on the GPU, mesh and tables included: see gpu_budget.h. 0: no bound. Not with
+  // array_bytes. Without max_views and planner.max_bytes, the planner holds four times the photographs that fit, to
+  // choose tiles from.
   std::uint64_t gpu_bytes = 0;
-  // Of a photograph's sides, the share that gpu_bytes and max_texel_loss_db may downscale all photographs to, (0, 1],
-  // the former as far as that is better than giving up parts of some: see fitted_views.h.
+  // Smallest scale, in (0, 1], that fitting to gpu_bytes and max_texel_loss_db may shrink photographs to. Fitting to
+  // gpu_bytes stops before if giving up parts of some photographs is better: see fitted_views.h.
   double least_scale = 0.25;
-  // With planner.max_loss_db, not with bytes as a bound: texels are compressed if there are tight_tiles, and then all
-  // photographs downscaled, as far as that costs at most so many dB, finite and >= 0, by measurement; what is left of
-  // it goes to planner.max_loss_db. 0: neither.
+  // With planner.max_loss_db, not with bytes as a bound: texels are compressed if there are tight_tiles. Then all
+  // photographs are downscaled as far as that costs at most this many dB, finite and >= 0, by measurement. The rest of
+  // the allowance goes to planner.max_loss_db. 0: neither.
   double max_texel_loss_db = 0;
   // Likewise the surface may then move by faces.pixels of the photographs as they are now, if that and the texels cost
-  // at most so many dB: see fewer_faces.h. It adds nothing to the loss that the other two allow. 0: it stays.
+  // at most this many dB: see fewer_faces.h. It adds nothing to the loss that the other two allow. 0: it stays.
   double max_face_loss_db = 0;
   // The longest side of the texture that other programs show, [kLeastTexturePx, kMostTexturePx]; none: they show the
   // averaged colours of vertices.
   std::optional<std::uint32_t> texture_px = 2048;
   std::optional<HoldOut> hold_out;  // none: every view is offered
-  // None: what is there is all. Needs ViewChoice::online, StreamOrder::given (photographs are offered as they come,
-  // those that come together by name), no hold_out, for which all names must be known, and a bound: max_views,
-  // planner.max_bytes or gpu_bytes.
+  // None: the scene is complete. Needs ViewChoice::online, StreamOrder::given (photographs are offered as they come,
+  // those that come together by name), no hold_out, which needs all names, and a bound: max_views, planner.max_bytes or
+  // gpu_bytes.
   std::optional<WatchOptions> watch;
   // Build also where most views see next to nothing of the mesh, or it is certainly in another frame.
   bool any_mesh = false;
   StreamOrder order = StreamOrder::given;
-  // With another choice than online, planner.max_bytes counts as so many of the largest view.
+  // With another choice than online, planner.max_bytes allows as many views as it holds of the largest one.
   ViewChoice choice = ViewChoice::online;
-  std::uint64_t seed = 0;  // of StreamOrder::shuffled and ViewChoice::random
+  std::uint64_t seed = 0;  // for StreamOrder::shuffled and ViewChoice::random
 };
 
 // Throws std::invalid_argument naming the field, its value and the rule that it breaks.

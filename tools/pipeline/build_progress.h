@@ -22,9 +22,8 @@ struct BuildProgress {
   bool finished = false;  // this is the call for the stage's end
 };
 
-// Called on the thread that called build_model(). Returns whether to go on; at false, build_model() throws
-// BuildStopped. An exception that it throws ends the build, too, and reaches build_model()'s caller. Empty: nobody
-// wants to know.
+// Called on the thread that called build_model(). Returns whether to go on. If false, build_model() throws
+// BuildStopped. An exception from it also ends the build and reaches build_model()'s caller. May be empty.
 using BuildCallback = std::function<bool(const BuildProgress&)>;
 
 class BuildStopped : public std::exception {

@@ -22,7 +22,7 @@ namespace {
 
 using nlohmann::json;
 
-// Of the values above 0: a stage that was not done took no time.
+// Returns the spread of the values above 0, because a stage that was not done took no time.
 json spread_of_times(std::vector<double> values) {
   std::erase(values, 0.0);
   if (values.empty()) return {{"median", 0}, {"p95", 0}, {"views", 0}};
@@ -102,7 +102,7 @@ std::uint64_t bytes_per_texel() {
   return stored_bytes(one);
 }
 
-// What the stored views take, and may take.
+// The size of the stored views, and its bounds.
 struct Holding {
   std::size_t views = 0;
   std::uint64_t texels = 0;                    // resident, those of gutters included
@@ -111,7 +111,7 @@ struct Holding {
   std::optional<std::uint64_t> bytes_budget;
 };
 
-// Whole views; a bound by count allows so many of the largest.
+// Counts whole views; a bound by count allows that many of the largest.
 void hold_layers(const BuildResult& result, const BuildOptions& options, Holding& holding) {
   std::uint64_t largest = 0;
   for (const auto& view : result.snapshot.views) {
@@ -338,8 +338,7 @@ bool is_measured(const json& p) {
   return p.contains("measured_loss_db") && p["measured_loss_db"].is_number();
 }
 
-// What of the loss is not merely predicted, if anything. Where measuring broke off, only that of texels and faces is
-// known.
+// Names the part of the loss that was measured, if any. If measuring broke off, only that of texels and faces is known.
 std::string measured_text(const json& p) {
   const double by_texels = p.value("texel_loss_db", 0.0), with_faces = p.value("face_loss_db", 0.0);
   std::vector<std::string> parts;

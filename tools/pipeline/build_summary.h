@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What a build did, for scripts and for people.
+// The summary of a build, for scripts and for people.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
@@ -10,7 +10,7 @@
 
 namespace lumatlas {
 
-// What `build --json` prints (DESIGN: machine-readable results). Beside the counts:
+// Returns the JSON that `build --json` prints. Beside the counts:
 //   references_per_cell  how many cells refer to 0, 1, 2 ... views, up to the most that any cell refers to
 //   cells_full           cells with as many references as they may have
 //   bytes                what the stored views take, as planner/planner.h counts it, and what they may take; the budget

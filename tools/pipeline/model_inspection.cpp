@@ -49,7 +49,7 @@ GpuBytes gpu_bytes_of(const ModelFacts& facts) {
   return GpuByteCount(facts.surface).of(facts.references, facts.views, facts.tiles);
 }
 
-// What the model was allowed to take.
+// Returns the budget that the model was built with.
 json budget_in(const json& options) {
   return options.is_object() && options.contains("budget") ? options["budget"] : json();
 }
@@ -58,7 +58,7 @@ bool has_number(const json& object, const char* name) {
   return object.is_object() && object.contains(name) && object[name].is_number();
 }
 
-// Whether parsimony_text() can tell it.
+// Returns whether parsimony_text() can print it.
 bool is_parsimony(const json& parsimony) {
   const auto is_part = [&](const char* part) {
     return parsimony.contains(part) && has_number(parsimony[part], "stored") &&

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What a model holds, what it takes on disk and on the GPU, and what it was allowed to take.
+// The contents of a model, its sizes on disk and on the GPU, and the sizes that it was allowed.
 #pragma once
 
 #include <filesystem>
@@ -8,10 +8,10 @@
 
 namespace lumatlas {
 
-// Whether a path is a model rather than a scene: a file, or a folder with the file of a model.
+// Returns whether a path is a model rather than a scene: a file, or a folder with the file of a model.
 [[nodiscard]] bool is_model(const std::filesystem::path& path);
 
-// What `inspect --json` prints of a model:
+// Returns the JSON that `inspect --json` prints of a model:
 //   mesh                 vertices (split at the borders of cells) and faces
 //   cells, references    count, seen and per_cell: how many cells refer to 0, 1, 2 ... views
 //   views                count and pixels of all
@@ -21,7 +21,7 @@ namespace lumatlas {
 //   gpu                  where all bytes on the GPU go: see blend/gpu_bytes.h
 //   parsimony            as in build_summary.h, of a model that was built with --budget auto; null: of any other
 //   file                 bytes on disk: json, mesh, vertices, tables, photographs, masks, texture, and their sum
-// Throws InputError as read_model(), but for the images: it looks at no pixel.
+// Throws InputError like read_model(), except for faults in the images, whose pixels it does not read.
 [[nodiscard]] nlohmann::json inspect_model(const std::filesystem::path& model);
 
 // That "file" alone, and a line of it.

@@ -31,7 +31,7 @@ json object_of_file(const fs::path& file) {
   return value;
 }
 
-// A .glb is replaced only where lumatlas wrote it: it would be the one trace of somebody else's work.
+// Allows a .glb to be replaced only if lumatlas wrote it: another program's file has no other copy here.
 void check_replaceable_glb(const fs::path& file) {
   std::error_code ignored;
   if (!fs::is_regular_file(file, ignored)) return;  // nothing to lose, or refused as an AtomicFile

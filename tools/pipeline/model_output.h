@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Where `build` puts a model, with what tells how it was built: a folder, or one .glb.
+// Writes a model with the record of how it was built: a folder, or one .glb.
 #pragma once
 
 #include <filesystem>
@@ -19,15 +19,15 @@ struct ModelNotes {
   nlohmann::json plan;     // see plan_json(); null: not known
 };
 
-// Of a model's folder, its .gltf file, or a .glb. Throws InputError if there is no such model; notes that another
-// program wrote, or nobody, are null.
+// Reads the notes in a model's folder, its .gltf file, or a .glb. Throws InputError if there is no such model. Notes
+// that are missing, or that another program wrote, are null.
 [[nodiscard]] ModelNotes read_model_notes(const std::filesystem::path& model);
 
 // Which views a model was built without; none: it was built from every one. Throws InputError, naming `model`, where
 // its notes do not say.
 [[nodiscard]] std::optional<HoldOut> hold_out_of(const ModelNotes& notes, const std::filesystem::path& model);
 
-// Whether it was built without photographs that were bad: PictureFolders::skip_bad.
+// Returns whether the model was built without photographs that were bad: PictureFolders::skip_bad.
 [[nodiscard]] bool skips_bad(const ModelNotes& notes);
 
 // Complete or not at all, as OutputFolder and AtomicFile.
@@ -43,7 +43,7 @@ class ModelOutput {
               const ModelNotes& notes, const BaseTexture* texture);
 
  private:
-  std::filesystem::path target_;          // as it was given
+  std::filesystem::path target_;          // the given path
   std::unique_ptr<OutputFolder> folder_;  // one of the two
   std::unique_ptr<AtomicFile> file_;
 };

@@ -109,7 +109,7 @@ std::vector<std::size_t> Streaming::reserve_all(const Stream& stream) {
   return places;
 }
 
-// What outliers left is offered to all the others.
+// Offers the room of outliers to all the others.
 void Streaming::refill(const Stream& stream, const std::vector<std::size_t>& filled) {
   BuildStage stage(callback_, "planning again", stream.size());
   for (std::size_t place = 0; place < stream.size(); ++place) {

@@ -31,14 +31,14 @@ class Streaming {
   Streaming(Planner& planner, StreamRefinement& refinement, const BuildCallback& callback, BuildResult& result)
       : planner_(planner), refinement_(refinement), callback_(callback), result_(result) {}
 
-  // View by view, as if nobody knew what comes next.
+  // Offers view by view, without knowledge of the views to come.
   void offer_all(const Stream& stream);
   // Those at these places of the stream, ascending, whatever they are worth.
   void keep_chosen(const Stream& stream, const std::vector<std::size_t>& chosen);
   // All cameras are known before the first photograph is read. So the planner goes through them first, and only the
   // photographs that are still in the store at the end of the stream are read, refined and stored.
   void plan_ahead(const Stream& stream);
-  // What comes, until nothing comes any more. Leaves in `views` what was offered, in that order.
+  // Offers views as they come, until no more come. Leaves in `views` what was offered, in that order.
   void run_watched(WatchedScene& scene, std::vector<SceneView>& views);
 
  private:

@@ -13,7 +13,7 @@ namespace lumatlas {
 
 namespace {
 
-constexpr std::chrono::milliseconds kNap{20};  // after which somebody may want the end
+constexpr std::chrono::milliseconds kNap{20};  // longest wait before looking for a request to end
 
 }  // namespace
 
@@ -36,7 +36,7 @@ void WatchedScene::look() {
 
 // False: the stream has ended before.
 bool WatchedScene::wait_for_one() {
-  if (ready_.empty()) last_change_ = Clock::now();  // what the caller did meanwhile took time
+  if (ready_.empty()) last_change_ = Clock::now();  // the caller's work meanwhile took time
   for (;; std::this_thread::sleep_for(std::min(kNap, options_.interval))) {
     throw_if_interrupted();
     if (options_.end && options_.end()) return false;

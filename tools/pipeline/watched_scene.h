@@ -31,7 +31,7 @@ class WatchedScene {
   // The photograph that next() gave cannot be used, for this reason; it comes again when its file has changed.
   void give_back(const SceneView& view, const std::string& why) { scene_.give_back(view, why); }
 
-  // To be called at the end: names what nobody has named yet. Gives those that are there, but of no use.
+  // Call it at the end: reports the photographs that were not reported yet. Returns those that are there but unusable.
   [[nodiscard]] std::vector<SceneView> left_out();
   [[nodiscard]] std::size_t listed() const { return scene_.listed().size(); }
   // See GrowingScene::notes().

@@ -10,9 +10,9 @@
 
 namespace lumatlas {
 
-// What a model that was built holds of the photographs that it was to be built from.
+// How many of a scene's photographs a built model uses.
 struct PhotographsUsed {
-  std::size_t wanted = 0;     // photographs that the scene lists and nobody held out, and `unplaced`
+  std::size_t wanted = 0;     // photographs that the scene lists and that are not held out, and `unplaced`
   std::size_t looked_at = 0;  // those whose photograph came, could be read and agrees with the others
   std::size_t stored = 0;
 };

@@ -50,7 +50,7 @@ struct Scene {
 // Issues a UserWarning of Python. Needs Python's lock; throws what Python makes of the warning.
 void warn(const std::string& sentence);
 
-// None for both: nothing is held out. Throws std::invalid_argument for a block without hold.
+// Without both, no photograph is held out. Throws std::invalid_argument for a block without hold.
 [[nodiscard]] std::optional<HoldOut> protocol_of(std::optional<std::size_t> hold, std::size_t block);
 
 }  // namespace lumatlas::python

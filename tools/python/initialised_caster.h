@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Objects that Python made without __init__ (`Camera.__new__(Camera)`, copy.copy) hold no value. pybind11 would give
-// functions fresh memory that nobody has written; a type whose caster is this one refuses such objects instead.
+// Objects that Python made without __init__ (`Camera.__new__(Camera)`, copy.copy) hold no value. pybind11 would pass
+// uninitialised memory to functions. A type whose caster is this one refuses such objects instead.
 #pragma once
 
 #include <pybind11/pybind11.h>

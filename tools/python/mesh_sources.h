@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What a mesh is made of, by the names that Python gives it.
+// The sources of a mesh by their names in Python.
 #pragma once
 
 #include <array>

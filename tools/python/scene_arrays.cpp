@@ -22,7 +22,7 @@ namespace py = pybind11;
 namespace {
 
 using Path = std::filesystem::path;
-using Items = std::map<std::string, py::object>;  // by name, in byte order
+using Items = std::map<std::string, py::object>;  // sorted by name, in byte order
 
 // Returns the text of a str in UTF-8. Python's may hold halves of a pair of code units, which have no UTF-8.
 std::string utf8_of(const std::string& argument, const py::object& name) {

@@ -15,10 +15,10 @@ struct GeoReference {
     geocentric,     // metres from the Earth's centre, z to the north pole (EPSG:4978 for WGS 84)
   };
   Frame frame = Frame::east_north_up;
-  double latitude_deg = 0;   // of the origin, WGS 84, [-90, 90]
+  double latitude_deg = 0;   // the origin's, WGS 84, [-90, 90]
   double longitude_deg = 0;  // [-180, 180]
   double altitude_m = 0;     // above the ellipsoid, as far as the form says so
-  std::string system = {};   // of Frame::geocentric: the coordinate reference system, as the form names it (WKT)
+  std::string system = {};   // for Frame::geocentric: the coordinate reference system, as the form names it (WKT)
 
   friend bool operator==(const GeoReference&, const GeoReference&) = default;
 };

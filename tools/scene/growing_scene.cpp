@@ -26,7 +26,7 @@ constexpr const char* kBeingWritten = ": is still being written";
 GrowingScene::GrowingScene(fs::path scene, const glm::dvec3& offset, PictureFolders folders)
     : scene_(std::move(scene)), offset_(offset), folders_(std::move(folders)) {}
 
-// Of those that are there.
+// Returns the states of the files that are there.
 std::vector<GrowingScene::FileState> GrowingScene::states_of(const std::vector<fs::path>& files) {
   std::vector<FileState> states;
   for (const fs::path& file : files) {
@@ -131,7 +131,7 @@ std::vector<std::string> GrowingScene::notes(const std::vector<SceneView>& used)
   SceneViews scene{scene_, used};
   scene.notes = notes_;
   if (!used.empty()) note_masks(mask_folder(scene_, folders_), scene);
-  scene.views.clear();  // what is listed and did not come has a pose all the same
+  scene.views.clear();  // a listed view that did not come has a pose all the same
   for (const ListedView& listed : listed_) scene.views.push_back(listed.view);
   note_unposed(left_out_, scene);
   return std::move(scene.notes);

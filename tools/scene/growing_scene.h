@@ -25,7 +25,7 @@ class GrowingScene {
  public:
   static constexpr std::uint32_t kPatience = 10;  // looks; about a second lies between two
 
-  // As read_scene_views(), but nothing needs to be there yet.
+  // Like read_scene_views(), but nothing needs to be there yet.
   GrowingScene(std::filesystem::path scene, const glm::dvec3& offset, PictureFolders folders);
 
   struct News {
@@ -39,25 +39,26 @@ class GrowingScene {
   // A photograph that was given is not whole after all, for this reason: look() gives it again when that has changed.
   void give_back(const SceneView& view, const std::string& why);
 
-  // As the scene lists them now, whether their photographs are there or not; without orientation and mask.
+  // Returns the views as the scene lists them now, whether their photographs are there or not; without orientation and
+  // mask.
   [[nodiscard]] const std::vector<ListedView>& listed() const { return listed_; }
-  // What is to be known of the scene now that `used` came, in sentences: the notes of the list, and what the folders
-  // hold beside what is used, as read_scene_views() says it.
+  // Returns sentences about the scene, given that `used` came: the notes of the list, and what the folders hold beside
+  // the used photographs, as read_scene_views() says it.
   [[nodiscard]] std::vector<std::string> notes(const std::vector<SceneView>& used) const;
   // Why there is no list, or why the last change of it was not read; empty where it was.
   [[nodiscard]] const std::string& list_error() const { return list_error_; }
 
   struct Missing {
     std::vector<SceneView> bad;         // with SceneView::bad: there, but of no use
-    std::vector<std::string> warnings;  // of those that no look() has named
+    std::vector<std::string> warnings;  // warnings that no look() has returned
     std::size_t absent = 0;             // listed, but not there
     std::string first_absent;           // its name
   };
-  // What listed photographs were not given so far.
+  // Returns the listed photographs that were not returned so far.
   [[nodiscard]] Missing missing() const;
 
  private:
-  // Nothing of a file but what a writer changes.
+  // The state of a file, as far as writing changes it.
   struct FileState {
     std::filesystem::path path;
     std::uintmax_t size = 0;
@@ -67,9 +68,9 @@ class GrowingScene {
   struct Candidate {
     std::vector<FileState> files;    // photograph and mask at the last look; empty: it was not there
     std::uint32_t rested = 0;        // looks since they last changed
-    std::string bad;                 // what was wrong with it since; empty: nothing, or not looked at
-    bool named = false;              // as bad
-    std::optional<SceneView> given;  // as it was given
+    std::string bad;                 // the fault found since; empty: none, or not looked at
+    bool named = false;              // `bad` was reported
+    std::optional<SceneView> given;  // the returned view
   };
 
   [[nodiscard]] static std::vector<FileState> states_of(const std::vector<std::filesystem::path>& files);
@@ -81,7 +82,7 @@ class GrowingScene {
   glm::dvec3 offset_;
   PictureFolders folders_;
   std::vector<ListedView> listed_;
-  std::vector<std::string> notes_;  // of the list
+  std::vector<std::string> notes_;  // the list's notes
   std::size_t left_out_ = 0;        // photographs that these tell of
   std::string form_;
   std::vector<FileState> list_files_;                 // at the last look

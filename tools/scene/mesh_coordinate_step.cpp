@@ -23,7 +23,7 @@ std::vector<glm::dvec3> sampled_positions(const TriangleSoup& soup) {
   return samples;
 }
 
-// What all but a hundredth of the coordinates are below on each axis, without their signs. `positions` is not empty.
+// Returns the size, without signs, that 99 of 100 coordinates stay below on each axis. `positions` is not empty.
 glm::dvec3 usual_size(const std::vector<glm::dvec3>& positions) {
   glm::dvec3 size(0);
   std::vector<double> values(positions.size());
@@ -70,7 +70,7 @@ double float_step(double size) {
 }  // namespace
 
 double mesh_coordinate_step(const TriangleSoup& soup) {
-  constexpr int kFewestDigits = 6, kMostDigits = 8;  // as streams of C++ write them; as 32-bit numbers have them
+  constexpr int kFewestDigits = 6, kMostDigits = 8;  // C++ streams write 6; 32-bit numbers have 8
   const std::vector<glm::dvec3> positions = sampled_positions(soup);
   if (positions.empty()) return 0;
   const glm::dvec3 sizes = usual_size(positions);

@@ -19,7 +19,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// What the task throws is the caller's, or, where bad views are to be skipped, what is bad about this one.
+// Passes on an exception of the task, or, if bad views are to be skipped, notes it as the view's fault.
 template <typename Task>
 void look_at_photograph(bool skip_bad, SceneView& view, const Task& task) {
   if (!view.bad.empty()) return;
@@ -53,7 +53,7 @@ void check_has_size_of_file(std::uint32_t width, std::uint32_t height, const fs:
                    size_text(expected.width, expected.height));
 }
 
-// Of each pixel of the photograph whether it may be used; empty: all may.
+// For each pixel of the photograph, whether it may be used; empty: all may.
 using UsedPixels = std::vector<bool>;
 
 UsedPixels pixels_with_alpha(const SceneView& view) {

@@ -20,15 +20,16 @@ namespace lumatlas {
 
 // One registered photograph. Poses are relative to Scene::offset.
 struct SceneView {
-  std::string name;                                  // of the file from its folder on, with '/' between folders
+  std::string name;                                  // the file's name from its folder on, with '/' between folders
   std::filesystem::path image;                       // the file
-  CameraModel lens;                                  // as the model gives it, but of the photograph's size
+  CameraModel lens;                                  // the model's lens, for the photograph's size
   Orientation orientation = Orientation::as_stored;  // how the file's pixels become the lens's image
   Camera camera;  // the pinhole view that the photograph is undistorted to; lens size = its size
   std::optional<std::filesystem::path> mask = std::nullopt;  // a picture, black where pixels are not to be used
-  LensCorrection correction = {};  // of photographs that the lens alone undistorts; none unless somebody found one
-  std::string bad = {};            // why its photograph cannot be used; empty: it can. See PictureFolders::skip_bad
-  bool black_rim = false;          // a rim of it that is black was not photographed, see tools/scene/lenses/black_rim.h
+  LensCorrection correction =
+      {};                  // the error of a lens whose photographs are undistorted by it alone; 0 unless one was found
+  std::string bad = {};    // why its photograph cannot be used; empty: it can. See PictureFolders::skip_bad
+  bool black_rim = false;  // a rim of it that is black was not photographed, see tools/scene/lenses/black_rim.h
   // The file is a panorama, of which this is a view; the name is then the panorama's with the view's behind a '/'.
   std::optional<PanoramaFace> panorama = std::nullopt;
   bool held_out = false;  // the scene's own list names it among those to score
@@ -51,14 +52,14 @@ struct SceneDepth {
 // The views of a scene without its mesh, for `--views SCENE`.
 struct SceneViews {
   std::filesystem::path root;
-  std::vector<SceneView> views;         // by name, in byte order
+  std::vector<SceneView> views;         // sorted by name, in byte order
   std::vector<SceneDepth> depths = {};  // none have been opened
   std::string form = {};                // such as "COLMAP", see tools/scene/forms/capture_forms.h
   std::vector<std::string> notes = {};  // sentences: what was assumed where the form leaves it open, what was left out
   std::optional<GeoReference> georeference = {};  // of the coordinates before the offset is subtracted
 };
 
-// Where a scene's pictures are, if not where they usually are, and what to do about bad ones.
+// The folders of a scene's pictures, if not the usual ones, and how to treat bad pictures.
 struct PictureFolders {
   std::optional<std::filesystem::path> images;  // none: SCENE/images
   std::optional<std::filesystem::path> masks;   // none: SCENE/masks, if there is such a folder
@@ -79,10 +80,10 @@ void leave_out_bad(const SceneViews& scene, std::vector<std::size_t>& ranks);
 // itself, binary or text, and images/ beside it. Poses and cameras only; photographs are opened for their sizes.
 // `offset` is subtracted from every camera position in double precision.
 //
-// A photograph that is not where the form says is looked for by its name: see find_photographs.h. It is
-// taken as it is stored, as COLMAP takes it, even if an EXIF orientation says otherwise; only where that does not fit
-// its camera's size but the upright one does, it is turned. Of a photograph of another size but the same shape the lens
-// is scaled, and a note says so. The mask of NAME.jpg is NAME.jpg.png, as COLMAP has it, or another of mask_names()
+// A photograph that is not where the form says is looked for by its name: see find_photographs.h. It is taken as it is
+// stored, as COLMAP takes it, even if an EXIF orientation says otherwise; only where that does not fit its camera's
+// size but the upright one does, it is turned. If a photograph has another size but the same shape, the lens is scaled,
+// and a note says so. The mask of NAME.jpg is NAME.jpg.png, as COLMAP has it, or another of mask_names()
 // (tools/scene/scene_notes.h); a photograph need not have one.
 //
 // Throws InputError: file, index, value, what to do, also where folders.masks has no mask of any photograph, and with
@@ -102,11 +103,10 @@ void leave_out_bad(const SceneViews& scene, std::vector<std::size_t>& ranks);
 // tools/scene/mesh_frame.h takes them to those of the poses. Throws InputError.
 [[nodiscard]] TriangleSoup read_scene_mesh(const std::filesystem::path& file);
 
-// The photograph as the view's pinhole camera would have taken it: undistorted by lens and correction (bilinear), with
-// the border that the lens did not see marked invalid, and so what the view's mask, or the file's own alpha, takes out:
-// pixels whose mask is exactly 0, or whose alpha is less than half, and a black rim. A view without any of these is
-// returned unchanged, to the byte. Throws InputError if the file or the mask cannot be read or has another size than
-// the view's camera.
+// Returns the photograph as the view's pinhole camera would have taken it, undistorted by lens and correction
+// (bilinear). These pixels are marked invalid: the border that the lens did not see, pixels whose mask is exactly 0 or
+// whose alpha in the file is less than half, and a black rim. A view without any of these is returned unchanged, to the
+// byte. Throws InputError if the file or the mask cannot be read or has another size than the view's camera.
 [[nodiscard]] Photograph load_photograph(const SceneView& view);
 
 // The two ways to hold photographs out (DESIGN: validation protocols).

@@ -25,8 +25,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// x_cam = R x + t = R (x - offset) + (t + R offset).
-// Of a ColmapImage, a PosedPhotograph or a PosedDepth.
+// x_cam = R x + t = R (x - offset) + (t + R offset). Takes a ColmapImage, a PosedPhotograph or a PosedDepth.
 template <typename Posed>
 void place(Camera& camera, const Posed& posed, const glm::dvec3& offset) {
   camera.cam_from_world_rotation = glm::mat3_cast(posed.cam_from_world_rotation);

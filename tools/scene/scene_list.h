@@ -11,18 +11,18 @@
 
 namespace lumatlas {
 
-// A view before anybody has looked at its photograph: how that is turned, its mask and whether it is bad are not known.
+// Listed view; its photograph's orientation, mask and validity are still unknown.
 struct ListedView {
   SceneView view;
-  std::string named_by, sized_by;  // what names the photograph, and what says its size, for messages
-  double scale = 1;                // of the lens, width by width
+  std::string named_by, sized_by;  // the file that names the photograph, and the one that has its size, for messages
+  double scale = 1;                // the lens's scale, width by width
 };
 
 struct SceneList {
-  std::string form;                // as SceneViews::form
-  std::vector<std::string> notes;  // as SceneViews::notes
-  std::vector<ListedView> views;   // by name, in byte order; at least one
-  std::vector<SceneDepth> depths;  // as SceneViews::depths
+  std::string form;                // see SceneViews::form
+  std::vector<std::string> notes;  // see SceneViews::notes
+  std::vector<ListedView> views;   // sorted by name, in byte order; at least one
+  std::vector<SceneDepth> depths;  // see SceneViews::depths
   std::size_t left_out = 0;        // photographs that the notes say are left out
   std::optional<GeoReference> georeference = {};
 };

@@ -39,7 +39,7 @@ std::set<std::string> names_of(const std::vector<SceneView>& views) {
   return names;
 }
 
-// Of the folder and those below, by name, without hidden ones.
+// Returns files of the folder and those below, sorted by name, without hidden ones.
 std::vector<std::string> unread_files_in(const fs::path& folder, const std::set<std::string>& named) {
   std::vector<std::string> files;
   for (const char* const ending : kUnreadEndings) {

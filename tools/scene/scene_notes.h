@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What a scene's folders hold beside what is used, in sentences for SceneViews::notes.
+// Sentences for SceneViews::notes about files in a scene's folders that are not used.
 #pragma once
 
 #include <cstddef>
@@ -19,7 +19,7 @@ namespace lumatlas {
 [[nodiscard]] std::string no_mask_fits(const std::filesystem::path& folder, const std::vector<SceneView>& views);
 
 // Says how many photographs have no mask where others have one, and which masks in the folder fit no photograph.
-// Nothing where there is no folder.
+// Returns nothing if there is no folder.
 void note_masks(const std::filesystem::path& folder, SceneViews& scene);
 
 // Says how many pictures lie beside the photographs of the scene without a pose, unless there are no more than the

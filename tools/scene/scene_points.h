@@ -34,7 +34,7 @@ struct ScenePoints {
 [[nodiscard]] std::optional<ScenePoints> find_scene_points(const std::filesystem::path& scene,
                                                            const std::optional<std::filesystem::path>& given);
 
-// Whether another program has left dense points in the scene.
+// Returns whether another program has left dense points in the scene.
 [[nodiscard]] bool has_dense_points(const std::filesystem::path& scene);
 
 }  // namespace lumatlas

@@ -42,7 +42,7 @@ std::vector<glm::dvec3> sampled_corners(const TriangleSoup& soup) {
   return corners;
 }
 
-// Of all but the outermost hundredth on each side of each axis. `corners` is not empty.
+// Returns the box without the outermost hundredth on each side of each axis. `corners` is not empty.
 Bounds bulk_of(const std::vector<glm::dvec3>& corners) {
   Bounds bulk;
   std::vector<double> values(corners.size());
@@ -159,7 +159,8 @@ Mesh split_for_cells(const Mesh& mesh, double size, const std::filesystem::path&
   }
 }
 
-// Where cameras come nearest, pixels are finer than what few photographs show: so much of the surface does not count.
+// The share of the surface that does not count: where cameras come nearest, their pixels are finer than those of most
+// photographs.
 constexpr double kNearestShare = 0.05;
 
 SimplificationBound bound_of(const Mesh& mesh, const FaceOptions& faces, std::span<const Camera> cameras) {

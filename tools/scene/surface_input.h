@@ -26,23 +26,24 @@ struct SurfaceInput {
   std::uint64_t file_faces = 0;
   bool file_has_colors = false;
   MeshFrame frame;             // how the file's coordinates became those of the poses
-  double coordinate_step = 0;  // of the file's numbers, scene units: see mesh_coordinate_step()
+  double coordinate_step = 0;  // step of the file's numbers, scene units: see mesh_coordinate_step()
   RepairReport repair;
   std::uint64_t closed_holes = 0;      // see mesh/repair/holes.h
   std::uint64_t simplified_faces = 0;  // taken away because no camera shows what they add
   double simplified_distance = 0;      // that the surface moved by it, scene units, estimated
   std::uint64_t split_faces = 0;       // added by splitting those that were larger than a cell
-  std::vector<std::string> warnings;   // what a user should know of the mesh, in sentences
+  std::vector<std::string> warnings;   // sentences about the mesh for the user
 };
 
-// What is subtracted from all coordinates before they become floats: the middle of the box of the faces whose corners
-// are finite. Where some are so far away that floats around it would be too coarse for the others, the middle of the
-// box of all but the outermost hundredth of the corners on each side. The coordinates' origin if there is no such face.
+// Returns the offset that is subtracted from all coordinates before they become floats: the middle of the box of the
+// faces whose corners are finite. If some corners are so far away that floats around the middle would be too coarse for
+// the others, it is the middle of the box without the outermost hundredth of the corners on each side. It is the
+// coordinates' origin if there is no such face.
 [[nodiscard]] glm::dvec3 scene_origin(const TriangleSoup& soup);
 
 // How many faces of a mesh are kept.
 struct FaceOptions {
-  std::optional<std::size_t> faces;  // about so many at most, >= 1
+  std::optional<std::size_t> faces;  // about this many at most, >= 1
   // How far the surface may move for having fewer, in pixels of the cameras that come near it, >= 0; at 0, or where
   // `faces` is given, it is not asked for.
   double pixels = 0;

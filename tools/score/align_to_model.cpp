@@ -20,7 +20,7 @@ constexpr std::size_t kPoints = 8000;
 constexpr std::uint32_t kSearches = 8;
 constexpr double kRestingPx = 0.05;
 constexpr double kLeastMovePx = 0.1;
-constexpr double kMostGrowth = 0.5;  // of the second move against the first, where the moves still come to an end
+constexpr double kMostGrowth = 0.5;  // ratio of the second move to the first up to which the moves still come to an end
 
 AlignmentOptions search_options() {
   AlignmentOptions options;
@@ -59,8 +59,8 @@ double longer_side(const Camera& camera) {
   return std::max(camera.width, camera.height);
 }
 
-// Where searches from a picture end that each start, and are pulled to, where the last one ended: the pull of a single
-// one leaves a part of the way, which along a plain wall is most of it.
+// Returns the pose at which repeated searches from one picture end, each starting from, and pulled to, the end of the
+// last. The pull of a single search leaves a part of the way, which along a plain wall is most of it.
 Camera at_rest(const Camera& from, const AlignmentTargets& targets, const Pyramid& photograph) {
   const AlignmentOptions options = search_options();
   Camera current = from;
@@ -75,7 +75,7 @@ Camera at_rest(const Camera& from, const AlignmentTargets& targets, const Pyrami
   return current;
 }
 
-// By what the points' second move in the image is the first one over again, where they move from a to b and to c.
+// Returns the factor between the points' first and second move in the image, where they move from a to b and to c.
 double growth(const Camera& a, const Camera& b, const Camera& c, const std::vector<glm::dvec3>& points) {
   double along = 0;
   double first = 0;
@@ -92,9 +92,9 @@ double growth(const Camera& a, const Camera& b, const Camera& c, const std::vect
   return first > 0 ? std::clamp(along / first, -kMostGrowth, kMostGrowth) : 0;
 }
 
-// Where the search would end if it were begun again and again from pictures at its end: a second one, from `found`,
-// says how its end changes with the pose that its picture is drawn from, and each further move would be the same share
-// of the one before.
+// Returns the pose at which the search would end if it were repeated from pictures at its end. A second search, from
+// `found`, says how the end changes with the pose that its picture is drawn from, and each further move would be the
+// same share of the one before.
 Camera searched_again(const ModelPictures& model, const Camera& given, const Camera& found, const Pyramid& photograph,
                       const std::vector<glm::dvec3>& points) {
   throw_if_interrupted();

@@ -24,7 +24,7 @@ struct Seen {
 
 // How a model is looked at. Both functions give a picture of the camera's size.
 struct ModelPictures {
-  std::function<Photograph(const Camera&)> draw;    // as it is scored
+  std::function<Photograph(const Camera&)> draw;    // draws as scoring does
   std::function<Photograph(const Camera&)> sketch;  // in less time
   const Visibility& visibility;
 };

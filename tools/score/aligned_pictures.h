@@ -15,7 +15,7 @@
 
 namespace lumatlas {
 
-// What a method shows of a photograph from its refined pose.
+// The picture of a method from the refined pose of a photograph.
 struct AlignedPicture {
   Photograph picture;
   Photograph frame;                // the picture with its background

@@ -36,7 +36,7 @@ class TexturedPicture {
 
   const TexturedMesh& mesh_;
   std::unique_ptr<Visibility> visibility_;
-  std::vector<std::vector<Level>> pages_;  // of each page its levels, the finest first
+  std::vector<std::vector<Level>> pages_;  // the levels of each page, the finest first
   TextureFacts facts_;
 };
 

@@ -31,7 +31,8 @@ namespace lumatlas {
 
 namespace {
 
-// What to learn from, by rank in the scene, and what to score, by rank in the test views if there are any.
+// Returns the views to learn from, by rank in the scene, and those to score, by rank in the test views if there are
+// any.
 Split parts_of(const SceneViews& scene, const ValidationOptions& options) {
   if (!options.test) return split_to_score(scene, options.protocol);
   if (std::filesystem::equivalent(options.test->root, scene.root)) {
@@ -70,7 +71,7 @@ std::vector<std::uint8_t> seen_mask(const VisibilityBuffer& visible) {
   return mask;
 }
 
-// What is drawn, how, and what is measured over all pictures of it.
+// A method: its drawing function and what is measured over all its pictures.
 struct Method {
   using Draw = std::function<Rendering(const Camera&, const BlendOptions&)>;
   ReportMethod report;
@@ -87,7 +88,7 @@ struct Scored {
   std::size_t index;  // among the scored views
   const Camera& camera;
   const Photograph& photograph;
-  const Pyramid& pyramid;  // of the photograph; without a use where nothing is aligned
+  const Pyramid& pyramid;  // the photograph's; unused if nothing is aligned
   const VisibilityBuffer& visible;
 };
 
@@ -149,10 +150,10 @@ class Scoring {
     return result;
   }
 
-  // Where the given pose agrees best, its picture is the aligned one too.
+  // If the given pose agrees best, its picture is the aligned one too.
   [[nodiscard]] AlignedPicture as_aligned(const Method& method, const Scored& view, Rendering rendering) const {
     Photograph frame = whole_frame(rendering);
-    Photograph frame_from_there;  // of the picture that was drawn last
+    Photograph frame_from_there;  // the picture that was drawn last
     const ModelPictures pictures{
         [&](const Camera& at) {
           Rendering drawn = method.draw(at, options_.blend);
@@ -214,7 +215,7 @@ Method::Draw blended(const Snapshot& snapshot) {
   return [renderer](const Camera& camera, const BlendOptions& blend) { return renderer->render(camera, blend); };
 }
 
-// What is drawn only to tell moved poses from the budget.
+// Pictures that are drawn only to separate the effect of moved poses from that of the budget.
 struct GivenPoses {
   Method::Draw draw;
   std::vector<RegionScores> scores;  // over the mesh's pixels
@@ -233,9 +234,9 @@ Method::Draw textured(const Snapshot& snapshot, const OfferedPhotographs& offere
   return [mesh, picture](const Camera& camera, const BlendOptions& /*blend*/) { return picture->render(camera); };
 }
 
-// What all steps of a validation take, in ticks of about the time in which a view is taken into the unbounded baseline.
+// The progress ticks of a validation. A tick is about the time in which a view is taken into the unbounded baseline.
 struct Ticks {
-  std::size_t scoring = 0;  // of one view by one method
+  std::size_t scoring = 0;  // one view by one method
   std::size_t given = 0;    // one view, at the poses that the stored photographs were given with
   std::size_t moving = 3;   // a frame of a path by one method
   std::size_t all = 0;
@@ -274,7 +275,7 @@ std::vector<Method> methods_of(const Snapshot& model, const SceneViews& scene, c
   if (!options.unbounded && !options.vertex) return methods;
   Snapshot all =
       unbounded_lumigraph(model.surface, scene.views, parts.input, options.validity, progress, options.unbounded);
-  all.cell_deviation = model.cell_deviation;  // so that the two differ by what is stored alone
+  all.cell_deviation = model.cell_deviation;  // the two then differ only in what is stored
   if (options.unbounded) {
     methods.emplace_back(ReportMethod{"unbounded", "every input view, without a budget"}, blended(all), surface);
   }

@@ -21,7 +21,7 @@ struct ValidationOptions {
   std::optional<HoldOut> protocol = HoldOut();
   std::optional<SceneViews> test;  // score every view of this workspace, instead of those that the protocol scores
   BlendOptions blend;
-  ValidityOptions validity;  // of the unbounded baseline's masks
+  ValidityOptions validity;  // for the unbounded baseline's masks
   bool unbounded = false;    // the baseline of all input views, which needs memory for all of them, and time
   bool texture = false;      // the baseline of a conventional texture for the model's mesh, from its views
   // The same from these photographs too, of which none is scored; empty: no such baseline.

@@ -13,8 +13,7 @@
 namespace lumatlas {
 namespace {
 
-// What a correlation's maximum is off by, standard deviation, pixels of the photograph that shows the pixel moving
-// fastest.
+// Standard deviation of a correlation's maximum, pixels of the photograph that shows the pixel moving fastest.
 constexpr double kMatchingPx = 0.3;
 
 class Agreement {
@@ -51,7 +50,8 @@ class Agreement {
     const double depth = sum / count;
     const double matched = kMatchingPx / fastest * depth * depth;
     result.depth[at] = static_cast<float>(depth);
-    // Where most of those that should see the same do not, what the rest agree on is less sure than they say.
+    // If most of the views that should see the same do not, the depth on which the rest agree is less sure than they
+    // say.
     const double doubt = static_cast<double>(asked) / static_cast<double>(agreeing);
     result.deviation[at] = static_cast<float>(doubt * std::sqrt((matched * matched + squares / count) / count));
     result.agreeing[at] = bits;

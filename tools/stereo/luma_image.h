@@ -17,7 +17,7 @@ struct LumaImage {
   // A pixel's luma and those of the pixels to the right, below, and below to the right, from the lowest byte up: what
   // is read between four pixels lies in one place. The last column and row are repeated.
   std::vector<std::uint32_t> quads;
-  std::vector<std::uint8_t> valid;  // as Photograph::valid
+  std::vector<std::uint8_t> valid;  // see Photograph::valid
 
   [[nodiscard]] std::uint8_t luma(std::size_t pixel) const { return static_cast<std::uint8_t>(quads[pixel] & 0xFFU); }
   [[nodiscard]] bool is_valid(std::size_t pixel) const { return valid.empty() || valid[pixel] == 255; }

@@ -17,7 +17,7 @@ namespace lumatlas {
 namespace {
 
 constexpr float kVarianceFloor = 4;  // luma squared: of noise, below which nothing is told apart
-constexpr double kSigmaLuma = 25;    // of the bilateral weights
+constexpr double kSigmaLuma = 25;    // sigma of the bilateral weights
 constexpr double kSigmaPixels = 5;
 constexpr std::size_t kLanes = 8;
 constexpr std::size_t kRounds = kPatchSamples / kLanes;
@@ -59,7 +59,7 @@ const std::array<float, 256>& luma_weights() {
 
 // The homography of a plane, from offsets of the pixel's centre.
 struct Warp {
-  float x0, y0, z0;  // of the centre
+  float x0, y0, z0;  // the centre's
   float x_u, y_u, z_u;
   float x_v, y_v, z_v;
   float last_x, last_y;

@@ -34,7 +34,7 @@ inline constexpr float kLargestPatchCost = 2;     // 1 - correlation, [0, 2]
 struct ReferencePatch {
   alignas(32) std::array<float, kPatchSamples> weight;         // add up to 1; 0: not valid
   alignas(32) std::array<float, kPatchSamples> weighted_luma;  // weight times luma less its mean
-  float variance = 0;                                          // of luma, weighted
+  float variance = 0;                                          // the weighted luma's
 };
 // `pixel` is a valid one.
 [[nodiscard]] ReferencePatch reference_patch(const LumaImage& image, glm::ivec2 pixel);
@@ -45,7 +45,7 @@ struct PixelTransfer {
   glm::vec3 epipole;     // a: what an inverse depth of 1 adds
   float last_x, last_y;  // the other photograph's size in pixels, less 1
 
-  // Where the pixel's plane is seen, pixels; z <= 0: behind the camera.
+  // Returns the homogeneous pixel that shows the pixel's plane; z <= 0: behind the camera.
   [[nodiscard]] glm::vec3 homogeneous(glm::vec2 pixel, float w) const {
     return a * glm::vec3(pixel, 1.0F) + w * epipole;
   }

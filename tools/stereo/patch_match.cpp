@@ -20,7 +20,8 @@ constexpr float kFinerMovePx = 2;     // that a plane is disturbed by at first, 
 constexpr float kSteepest = 6;        // tangent of the largest angle between a ray and a plane's normal
 constexpr int kPatchRadius = 5;       // pixels
 
-// Where good planes come from: four wedges close by and four lines that reach farther, all of the other colour.
+// Regions that good planes are taken from: four wedges close by and four lines that reach farther, all of the other
+// colour.
 constexpr std::size_t kRegions = 8;
 
 const std::array<std::vector<glm::ivec2>, kRegions>& regions() {
@@ -92,7 +93,7 @@ class LevelMatcher {
     return map;
   }
 
-  // Of a level of half the size.
+  // Enlarges the map of a level of half the size.
   [[nodiscard]] PlaneMap enlarged(const PlaneMap& coarse) const {
     PlaneMap map = empty();
     const auto from_x = static_cast<float>(coarse.width) / static_cast<float>(map.width);
@@ -199,7 +200,7 @@ class LevelMatcher {
     return kConsistencyWeight * std::min(way, kConsistencyLimitPx);
   }
 
-  // By how much the inverse depth grows where the pixel moves by one in the photograph that it moves fastest in.
+  // Returns by how much the inverse depth grows if the pixel moves by one in the photograph that it moves fastest in.
   [[nodiscard]] float step(glm::ivec2 pixel, float w) const {
     float fastest = 0;
     for (const Other& other : others_) {
@@ -254,7 +255,7 @@ class LevelMatcher {
     if (!is_same(plane, map.planes[at], px)) improve(at, pixel, plane, patch, map);
   }
 
-  // Whether both move the patch alike.
+  // Returns whether both move the patch alike.
   static bool is_same(const SlantedPlane& a, const SlantedPlane& b, float px) {
     const float slope = std::max(std::abs(a.w_u - b.w_u), std::abs(a.w_v - b.w_v));
     return std::abs(a.w - b.w) + kPatchRadius * slope < kSameDepthPx * px;

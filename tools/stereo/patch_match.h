@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // For every pixel of a photograph the plane by which other photographs show the same there: PatchMatch stereo.
 //
-// Planes come from seeds and from chance, and good ones spread (Bleyer et al., "PatchMatch stereo", 2011), on a
-// checkerboard whose pixels of one colour look at those of the other one (Galliani et al., "Massively parallel
-// multiview stereopsis by surface normal diffusion", 2015; the eight regions are those of Xu and Tao, "Multi-scale
-// geometric consistency guided multi-view stereo", 2019). Coarse to fine: what a coarse picture decides is only
-// refined in a finer one, which makes smooth walls and long ways cheap. A plane costs the mean of its two cheapest
-// photographs, so that what one or two of four do not see can still be found.
+// Planes come from seeds and from chance, and good ones spread (Bleyer et al., "PatchMatch stereo", 2011). They spread
+// on a checkerboard, from pixels of one colour to those of the other (Galliani et al., "Massively parallel multiview
+// stereopsis by surface normal diffusion", 2015). The eight regions are those of Xu and Tao, "Multi-scale geometric
+// consistency guided multi-view stereo", 2019. Coarse to fine: what a coarse picture decides is only refined in a finer
+// one, which makes smooth walls and long ways cheap. A plane costs the mean of its two cheapest photographs, so that
+// what one or two of four do not see can still be found.
 #pragma once
 
 #include <cstdint>

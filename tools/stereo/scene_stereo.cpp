@@ -19,14 +19,14 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::uint32_t kCoarsestPx = 80;        // of a pyramid's last level
+constexpr std::uint32_t kCoarsestPx = 80;        // a pyramid's last level
 constexpr std::uint64_t kAlgorithm = 1;          // grows when other planes come of the same photographs
-constexpr std::size_t kLumaBytes = 256U << 20U;  // of photographs that are kept for the next ones
+constexpr std::size_t kLumaBytes = 256U << 20U;  // photographs that are kept for the next ones
 
-constexpr const char* kFirstEnding = ".matched";  // of planes that each photograph's matching gave
-constexpr const char* kSecondEnding = ".planes";  // of those that are consistent with the neighbors'
+constexpr const char* kFirstEnding = ".matched";  // planes from each photograph's matching
+constexpr const char* kSecondEnding = ".planes";  // planes that are consistent with the neighbors'
 
-// What planes depend on, as one number.
+// A digest of all inputs that planes depend on.
 class Digest {
  public:
   template <typename Value>
@@ -114,7 +114,7 @@ class LumaCache {
   std::size_t bytes_ = 0;
 };
 
-// Whether a file is named as those of the work: by the number of its photograph.
+// Returns whether a file is named like those of the work: by the number of its photograph.
 bool is_plane_file(const fs::path& file) {
   const fs::path ending = file.extension();
   const std::string stem = file.stem().string();
@@ -210,7 +210,7 @@ class SceneStereo::Work {
     return {pyramids.front(), {pyramids.begin() + 1, pyramids.end()}};
   }
 
-  // Of a photograph without neighbors, planes that say nothing.
+  // Returns empty planes for a photograph without neighbors.
   [[nodiscard]] PlaneMap planes_of(const fs::path& file, std::size_t view, std::uint64_t inputs) const {
     if (plans_[view].neighbors.empty()) {
       const Camera size = camera(view);

@@ -42,7 +42,7 @@ class SceneStereo {
   void match(const std::function<void(std::size_t)>& progress);
 
   [[nodiscard]] const std::vector<SceneView>& views() const;
-  [[nodiscard]] Camera camera(std::size_t view) const;  // of the size that the photograph is matched at
+  [[nodiscard]] Camera camera(std::size_t view) const;  // for the size that the photograph is matched at
   // Views whose planes may confirm a depth of this view, best first: its neighbours, and as many views again.
   [[nodiscard]] const std::vector<std::size_t>& confirming(std::size_t view) const;
   // Returns the confirmed depths of a view. Call it after match(); any thread may. Throws InputError if a file is gone.

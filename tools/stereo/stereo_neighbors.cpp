@@ -34,7 +34,7 @@ double sharpness(const Camera& camera, double depth) {
   return std::max(camera.fx, camera.fy) / std::max(camera.width, camera.height) / depth;
 }
 
-// Where a camera sees a point; none: not in its picture.
+// Returns the pixel at which a camera sees a point; none: not in its picture.
 std::optional<glm::dvec2> seen_at(const Camera& camera, const glm::dvec3& cam) {
   if (!(cam.z > 0)) return std::nullopt;
   const glm::dvec2 at = camera.image_from_cam(cam);
@@ -141,7 +141,7 @@ class Planner {
     return best_of(score, most);
   }
 
-  // What counts for a hundredth of the best one shows too little of the same.
+  // A photograph with less than a hundredth of the best score shows too little of the same.
   static std::vector<std::size_t> best_of(const std::vector<double>& score, std::size_t most) {
     std::vector<std::size_t> order;
     const double best = *std::max_element(score.begin(), score.end());
@@ -180,7 +180,7 @@ class Planner {
                                              const InverseDepthRange& range) const {
     const Camera& view = cameras_[camera];
     std::vector<DepthSeed> result;
-    if (views_of_.empty()) return result;  // what is hidden would be among them
+    if (views_of_.empty()) return result;  // without this list hidden points cannot be found
     for (const glm::dvec3& point : points) {
       const glm::dvec3 cam = view.cam_from_world(point);
       const std::optional<glm::dvec2> at = seen_at(view, cam);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What the views that show a place agree on there: m, t and r_i of the formula in surface_color.h, from sums to which
-// views are added one after the other.
+// The colours on which the views of a surface point agree: m, t and r_i of the formula in surface_color.h, from sums to
+// which views are added one after the other.
 #pragma once
 
 #include <algorithm>
@@ -28,7 +28,7 @@ struct Consensus {
 
 class ConsensusSums {
  public:
-  // By the agreement with an earlier consensus.
+  // Adds the view with the weight of its agreement with an earlier consensus.
   void add(const ShownPlace& shown, const Consensus& earlier) {
     const float share = shown.base * earlier.agreement(shown.root);
     roots_ += share * shown.root;

@@ -41,7 +41,7 @@ void ExposureField::add(const TextureView& view) {
   tbb::parallel_for(tbb::blocked_range<std::size_t>(0, sums_.size(), 4096),
                     [&](const tbb::blocked_range<std::size_t>& vertices) {
                       const auto points = std::span(mesh_.positions).subspan(vertices.begin(), vertices.size());
-                      for_each_seen(view, points, [&](std::size_t i, const TextureView::Place& place) {
+                      for_each_seen(view, points, [&](std::size_t i, const TextureView::ImagePoint& place) {
                         sums_[vertices.begin() + i] += view.sharp(place.image, 1).trust * exposure;
                       });
                     });

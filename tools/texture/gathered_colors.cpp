@@ -23,7 +23,7 @@ constexpr std::uint32_t kNoPlace = ~0u;
 constexpr double kCoarser = 4;  // texels for a place of the consensus, along a side
 constexpr std::uint32_t kCoarseGutter = 2;
 
-// Of each chart that is listed, the texels that it covers.
+// Returns the texels that each listed chart covers.
 GatheredPlaces gathered_places(const GatheredOn& on, const TextureLayout& layout, std::vector<std::uint32_t> charts) {
   std::vector<std::vector<GatheredPlace>> of_chart(charts.size());
   tbb::parallel_for(std::size_t{0}, charts.size(), [&](std::size_t i) {

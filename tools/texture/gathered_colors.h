@@ -16,7 +16,7 @@
 
 namespace lumatlas {
 
-// What stays the same over all photographs. Keeps references.
+// The inputs that stay the same over all photographs. Keeps references.
 struct GatheredOn {
   const SurfacePlaces& places;
   const std::vector<Chart>& charts;
@@ -28,7 +28,7 @@ struct GatheredOn {
 struct GatheredPlace {
   std::uint32_t face;
   float share_b, share_c;
-  std::uint16_t x, y;  // of the chart's rectangle, texels
+  std::uint16_t x, y;  // in the chart's rectangle, texels
   bool inside;         // the texel's middle lies on the face
 };
 
@@ -39,14 +39,14 @@ struct GatheredPlaces {
   std::vector<GatheredPlace> places;
 };
 
-// What all photographs agree on, 100 bytes for every 4 x 4 texels.
+// The consensus of all photographs, 100 bytes for every 4 x 4 texels.
 class ConsensusMap {
  public:
   // Starts with what the stored views agree on.
   ConsensusMap(const GatheredOn& on, const SurfaceColors& stored);
 
   void add(const TextureView& view);
-  // What was added becomes what there is; where nothing was, what there was stays.
+  // Makes the sums of this round the consensus; places without a sum keep theirs.
   void finish_round();
 
   // At a point of a chart's rectangle in the fine layout.
@@ -56,8 +56,8 @@ class ConsensusMap {
   GatheredOn on_;
   TextureLayout coarse_;
   GatheredPlaces gathered_;
-  std::vector<std::uint32_t> number_;     // of the place by coarse texel; kNoPlace: none
-  std::vector<std::size_t> first_texel_;  // of each chart in number_
+  std::vector<std::uint32_t> number_;     // for each coarse texel its place; kNoPlace: none
+  std::vector<std::size_t> first_texel_;  // each chart's first in number_
   std::vector<Consensus> consensus_;
   std::vector<ConsensusSums> sums_;
 };

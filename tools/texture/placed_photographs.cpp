@@ -72,13 +72,13 @@ PlacedPhotographs::PlacedPhotographs(const Snapshot& snapshot, const TextureView
       colors_(colors),
       offered_(offered),
       visibility_(make_ray_visibility(snapshot.surface->mesh)) {
-  // What the model holds in part is read again as a whole.
+  // A photograph that the model holds in part is read again as a whole.
   const bool whole = snapshot.tiles.whole_views();
   std::map<std::string, std::size_t> listed;
   for (std::size_t i = 0; i < offered.list.size(); ++i) listed[offered.list[i].name] = i;
   in_model_.assign(offered.list.size(), nullptr);
   gain_in_model_.assign(offered.list.size(), dvec3(1));
-  std::size_t number = 0;  // of the stored view
+  std::size_t number = 0;  // the stored view's
   for (std::size_t slot = 0; slot < snapshot.views.size(); ++slot) {
     if (!snapshot.views[slot]) continue;
     const auto found = listed.find(snapshot.views[slot]->name);

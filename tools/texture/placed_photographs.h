@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The photographs that a model was offered, one after the other, for a texture from all of them: those in the model as
-// they are there, the others read from disk, and given exposure and pose by what the model shows where they look.
+// The photographs that a model was offered, one after the other, for a texture from all of them. Photographs in the
+// model are taken from it. The others are read from disk, and get exposure and pose by comparison with the model.
 #pragma once
 
 #include <cstddef>
@@ -21,16 +21,17 @@
 namespace lumatlas {
 
 struct OfferedPhotograph {
-  std::string name;  // of one that is in the model: as there
+  std::string name;  // for one that is in the model: its name there
   Camera camera;     // the pinhole view that it is undistorted to
 };
 
 struct OfferedPhotographs {
   std::vector<OfferedPhotograph> list;  // empty: there are only those in the model
-  // By number in `list`; called for one after the other, never for two at once, but from other threads.
+  // Reads a photograph by its number in `list`. Called for one after the other, never for two at once, but from other
+  // threads.
   std::function<Photograph(std::size_t)> read;
   ValidityOptions validity;
-  // What is found of a photograph that is not in the model, and when it is an outlier and left out.
+  // How a photograph that is not in the model is refined, and when it is left out as an outlier.
   RefinementOptions refinement;
 };
 
@@ -72,14 +73,14 @@ class PlacedPhotographs {
   std::unique_ptr<Visibility> visibility_;
   std::vector<const TextureView*> stored_;     // that are used as they are in the model
   std::vector<std::size_t> read_;              // numbers in the list
-  std::vector<std::optional<Placed>> places_;  // by position in read_
-  std::vector<const StoredView*> in_model_;    // by number in the list; null: not in the model
-  std::vector<glm::dvec3> gain_in_model_;      // by number in the list
+  std::vector<std::optional<Placed>> places_;  // in the order of read_
+  std::vector<const StoredView*> in_model_;    // one per photograph of the list; null: not in the model
+  std::vector<glm::dvec3> gain_in_model_;      // one per photograph of the list
   std::size_t used_ = 0;
 };
 
-// By cell: pixels per scene unit, the mean over the photographs that see it, of logarithms; 0 where none does. Reads no
-// photograph.
+// Returns for each cell the pixels per scene unit, the mean of logarithms over the photographs that see it; 0 where
+// none does. Reads no photograph.
 [[nodiscard]] std::vector<double> densities_of(const OfferedPhotographs& offered, const Surface& surface);
 
 }  // namespace lumatlas

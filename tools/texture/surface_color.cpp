@@ -34,14 +34,14 @@ void SurfaceColors::find_shown(std::uint32_t face, const SurfacePlace& place, do
                                std::vector<ShownPlace>& shown) const {
   struct Located {
     const TextureView* view;
-    TextureView::Place place;
+    TextureView::ImagePoint place;
   };
   thread_local std::vector<Located> located;
   located.clear();
   const std::uint32_t cell = places_.surface().cells.cell_of_face[face];
   for (std::uint32_t i = views_.first_seen[cell]; i < views_.first_seen[cell + 1]; ++i) {
     const TextureView& view = views_.views[views_.seen_by[i]];
-    TextureView::Place in_image;
+    TextureView::ImagePoint in_image;
     if (!view.locate(place.point, in_image)) continue;
     view.prefetch(in_image);
     located.push_back({&view, in_image});

@@ -9,11 +9,11 @@
 //   colour = m + (mean of c_i - s_i by d_i r_i)
 //
 // found in a few rounds, for the spread (root mean square distance from m) is by b_i r_i too. So what is broad comes
-// from all views that agree, and detail from the frontal and near ones, for a mean of many would blur it. A highlight,
-// or someone who passed by, is in few of the directions and loses its weight r_i (the weight of S. Geman and D.
-// McClure, "Bayesian image analysis", 1985; differences are of square roots of linear light, near what the eye sees),
-// while views that differ in two halves count alike. All of it is a continuous function of the place, and knows nothing
-// of charts: no seam can come from them.
+// from all views that agree, and detail from the frontal and near ones, for a mean of many would blur it. A highlight
+// or a passer-by is in few of the directions and loses its weight r_i, while views that differ in two halves count
+// alike. The weight is that of S. Geman and D. McClure, "Bayesian image analysis", 1985. Differences are of square
+// roots of linear light, which is near what the eye sees. All of it is a continuous function of the place, and knows
+// nothing of charts: no seam can come from them.
 #pragma once
 
 #include <cstdint>
@@ -33,7 +33,7 @@ struct ColorOptions {
   // Differences between views above this count as disagreement; of square roots of linear light. > 0
   double tolerance = 0.3;
   enum class Exposure {
-    nearby,  // of the photographs that see the place, see exposure_field.h
+    nearby,  // exposure of the photographs that see the place, see exposure_field.h
     model,   // the common exposure of all views
   };
   Exposure exposure = Exposure::nearby;
@@ -62,7 +62,7 @@ class SurfaceColors {
   [[nodiscard]] Consensus consensus(std::uint32_t face, float b, float c, double density) const;
 
  private:
-  // What views show of the place, in `shown`.
+  // Collects the views' colours of the point in `shown`.
   void find_shown(std::uint32_t face, const SurfacePlace& place, double density, std::vector<ShownPlace>& shown) const;
   // The same, until the next call on the same thread, and what they agree on.
   const std::vector<ShownPlace>& look(std::uint32_t face, const SurfacePlace& place, double density,

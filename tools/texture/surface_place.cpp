@@ -71,13 +71,13 @@ vec3 SurfacePlaces::exposure(std::uint32_t face, float b, float c) const {
 
 std::optional<ShownPlace> shown_in(const TextureView& view, const SurfacePlace& place, double density,
                                    float sharpness) {
-  TextureView::Place seen;
+  TextureView::ImagePoint seen;
   if (!view.sees(place.point, seen)) return std::nullopt;
   return shown_in(view, place, seen, density, sharpness);
 }
 
-std::optional<ShownPlace> shown_in(const TextureView& view, const SurfacePlace& place, const TextureView::Place& seen,
-                                   double density, float sharpness) {
+std::optional<ShownPlace> shown_in(const TextureView& view, const SurfacePlace& place,
+                                   const TextureView::ImagePoint& seen, double density, float sharpness) {
   const vec3 towards = view.center() - place.point;
   const float normal_length = std::max(glm::length(place.normal), 1e-6f);
   // Both sides of a face are seen, so the angle is to either normal.

@@ -16,7 +16,7 @@ namespace lumatlas {
 struct SurfacePlace {
   glm::vec3 point{0.0f};     // in the world
   glm::vec3 normal{0.0f};    // smoothed, of any length
-  glm::vec3 stand_in{0.0f};  // what is there where no view is: the vertices' colours, linear light
+  glm::vec3 stand_in{0.0f};  // the vertices' colours, linear light, for a place that no view shows
 };
 
 class SurfacePlaces {
@@ -29,15 +29,15 @@ class SurfacePlaces {
 
   // From the model's exposure to that which the place is shown in; 1 unless there are factors.
   [[nodiscard]] glm::vec3 exposure(std::uint32_t face, float b, float c) const;
-  // By vertex, positive.
+  // Sets the factor of each vertex, positive.
   void set_exposures(std::vector<glm::vec3> factors) { exposures_ = std::move(factors); }
 
   [[nodiscard]] const Surface& surface() const { return *snapshot_.surface; }
 
  private:
   const Snapshot& snapshot_;
-  std::vector<glm::vec3> normals_;    // by vertex, smoothed
-  std::vector<glm::vec3> exposures_;  // by vertex, or empty
+  std::vector<glm::vec3> normals_;    // one per vertex, smoothed
+  std::vector<glm::vec3> exposures_;  // one per vertex, or empty
 };
 
 // c_i, s_i, the square root of s_i, b_i and d_i of surface_color.h.
@@ -51,6 +51,6 @@ struct ShownPlace {
 [[nodiscard]] std::optional<ShownPlace> shown_in(const TextureView& view, const SurfacePlace& place, double density,
                                                  float sharpness);
 [[nodiscard]] std::optional<ShownPlace> shown_in(const TextureView& view, const SurfacePlace& place,
-                                                 const TextureView::Place& seen, double density, float sharpness);
+                                                 const TextureView::ImagePoint& seen, double density, float sharpness);
 
 }  // namespace lumatlas

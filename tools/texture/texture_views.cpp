@@ -41,7 +41,7 @@ std::vector<std::uint8_t> resident_mask(const Snapshot& snapshot, std::uint32_t 
   return mask;
 }
 
-// By pixel, 0 to 255: see TextureView.
+// Returns 0 to 255 for each pixel: see TextureView.
 std::vector<std::uint8_t> faded(std::vector<std::uint8_t> mask, const StoredView& view, std::uint32_t fade_px) {
   std::vector<std::uint8_t> good(mask.size());
   for (std::size_t i = 0; i < mask.size(); ++i) good[i] = mask[i] >= 128 && !view.at_rim(i);
@@ -149,7 +149,7 @@ void TextureView::find_smooth() {
   for (std::size_t i = 0; i < values.size(); ++i) smooth_[i] = vec3(values[i]) / values[i].w;
 }
 
-bool TextureView::locate(const vec3& point, Place& place) const {
+bool TextureView::locate(const vec3& point, ImagePoint& place) const {
   const float z = glm::dot(rows_[2], point) + translation_.z;
   if (!(z > 0)) return false;
   const vec2 across(glm::dot(rows_[0], point) + translation_.x, glm::dot(rows_[1], point) + translation_.y);
@@ -157,12 +157,12 @@ bool TextureView::locate(const vec3& point, Place& place) const {
   return place.image.x >= 0 && place.image.y >= 0 && place.image.x < size_.x && place.image.y < size_.y;
 }
 
-void TextureView::prefetch(const Place& place) const {
+void TextureView::prefetch(const ImagePoint& place) const {
   __builtin_prefetch(&view_.depth[pixel_at(place.image, view_.camera.width)]);
   __builtin_prefetch(&levels_[0].rgba[4 * pixel_at(place.image, levels_[0].width)]);
 }
 
-bool TextureView::shows(const Place& place) const {
+bool TextureView::shows(const ImagePoint& place) const {
   if (place.depth > view_.depth[pixel_at(place.image, view_.camera.width)] * (1 + kOcclusionTolerance)) return false;
   return levels_[0].rgba[4 * pixel_at(place.image, levels_[0].width) + 3] != 0;
 }
@@ -198,9 +198,10 @@ vec3 TextureView::smooth(const vec2& image) const {
 std::vector<float> densities_in(const TextureView& view, const Surface& surface) {
   const std::vector<vec3>& positions = surface.mesh.positions;
   std::vector<float> of_vertex(positions.size(), 0);
-  for_each_seen(view, positions,
-                [&](std::size_t v, const TextureView::Place& place) { of_vertex[v] = view.focal_px() / place.depth; });
-  TextureView::Place place;
+  for_each_seen(view, positions, [&](std::size_t v, const TextureView::ImagePoint& place) {
+    of_vertex[v] = view.focal_px() / place.depth;
+  });
+  TextureView::ImagePoint place;
   std::vector<float> of_cell(surface.cells.cells.size(), 0);
   for (std::size_t face = 0; face < surface.mesh.faces.size(); ++face) {
     const glm::uvec3& f = surface.mesh.faces[face];

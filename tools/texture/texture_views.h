@@ -15,7 +15,7 @@
 
 namespace lumatlas {
 
-// What a view shows at a place, in linear light and the model's exposure.
+// The colour of a view at a point, in linear light and the model's exposure.
 struct ViewColor {
   glm::vec3 color{0.0f};
   float trust = 0;  // [0, 1]; falls smoothly to 0 towards whatever may not be used
@@ -27,21 +27,23 @@ struct ViewColor {
 class TextureView {
  public:
   TextureView(const Snapshot& snapshot, std::uint32_t slot);
-  // Of a whole photograph; keeps a reference to it. `gain` as in Snapshot::gains.
+  // Takes a whole photograph and keeps a reference to it. `gain` as in Snapshot::gains.
   TextureView(const StoredView& view, const glm::dvec3& gain);
 
-  // Where the view shows a point of the surface: pixels, and z in its camera. False where it does not see it.
-  struct Place {
+  // The position of a surface point in the view: pixels, and z in its camera. False where the view does not see it.
+  struct ImagePoint {
     glm::vec2 image{0.0f};
     float depth = 0;
   };
-  [[nodiscard]] bool sees(const glm::vec3& point, Place& place) const { return locate(point, place) && shows(place); }
+  [[nodiscard]] bool sees(const glm::vec3& point, ImagePoint& place) const {
+    return locate(point, place) && shows(place);
+  }
   // The same in two steps, with time between them for the processor to fetch what the second reads: whether the point
   // is in the image, and whether what the image shows there is that point and may be used. If locate() says no, `place`
   // has no meaning, and prefetch() and shows() must not be called with it.
-  [[nodiscard]] bool locate(const glm::vec3& point, Place& place) const;
-  void prefetch(const Place& place) const;
-  [[nodiscard]] bool shows(const Place& place) const;
+  [[nodiscard]] bool locate(const glm::vec3& point, ImagePoint& place) const;
+  void prefetch(const ImagePoint& place) const;
+  [[nodiscard]] bool shows(const ImagePoint& place) const;
 
   // `footprint`: how many pixels the mean is taken over, a side.
   [[nodiscard]] ViewColor sharp(const glm::vec2& image, float footprint) const;
@@ -62,7 +64,7 @@ class TextureView {
 
   const StoredView& view_;
   glm::vec3 gain_, center_, translation_;
-  glm::vec3 rows_[3];                   // of cam_from_world
+  glm::vec3 rows_[3];                   // rows of cam_from_world
   glm::vec2 focal_, principal_, size_;  // pixels
   float focal_px_;
   std::vector<ImageLevel> levels_;  // colour, trust
@@ -76,7 +78,7 @@ class TextureView {
 template <typename Use>
 void for_each_seen(const TextureView& view, std::span<const glm::vec3> points, const Use& use) {
   constexpr std::size_t kAtOnce = 32;  // whose pixels are fetched together
-  TextureView::Place places[kAtOnce];
+  TextureView::ImagePoint places[kAtOnce];
   bool in_image[kAtOnce];
   for (std::size_t first = 0; first < points.size(); first += kAtOnce) {
     const std::size_t count = std::min(kAtOnce, points.size() - first);
@@ -91,16 +93,17 @@ void for_each_seen(const TextureView& view, std::span<const glm::vec3> points, c
 }
 
 struct TextureViews {
-  std::vector<TextureView> views;         // of every slot that holds one
+  std::vector<TextureView> views;         // every view slot's view
   std::vector<std::uint32_t> first_seen;  // one more than there are cells
   std::vector<std::uint32_t> seen_by;     // numbers in `views`: those of cell k from first_seen[k] on, ascending
-  std::vector<double> density;            // by cell: pixels per scene unit of the median view that sees it; 0: none
+  std::vector<double> density;  // one per cell: pixels per scene unit of the median view that sees it; 0: none
 };
 
 // Takes about 6 bytes a pixel of the stored views beyond what the snapshot holds, to which it keeps references.
 [[nodiscard]] TextureViews texture_views(const Snapshot& snapshot);
 
-// By cell: pixels per scene unit with which the view shows it, the most of any vertex; 0 where it sees none.
+// Returns for each cell the pixels per scene unit with which the view shows it, the most of any vertex; 0 where it sees
+// none.
 [[nodiscard]] std::vector<float> densities_in(const TextureView& view, const Surface& surface);
 
 }  // namespace lumatlas

@@ -27,8 +27,8 @@ Snapshot checked(const Snapshot& snapshot) {
   return without_far_sphere(snapshot);
 }
 
-// Texels per scene unit that each chart should have: the mean over its faces of what their cells are seen with. What
-// nobody sees needs few.
+// Returns the texels per scene unit that each chart should have: the mean over its faces of the density that their
+// cells are seen with. Unseen cells need few.
 std::vector<double> chart_densities(const Surface& surface, const std::vector<Chart>& charts, const TextureViews& views,
                                     double texels_per_pixel) {
   constexpr double kUnseenShare = 1.0 / 8;
@@ -36,7 +36,7 @@ std::vector<double> chart_densities(const Surface& surface, const std::vector<Ch
   for (const double density : views.density) {
     if (density > 0) seen.push_back(density);
   }
-  // Nobody sees anything: any density does, for the colours are those of vertices.
+  // If no view sees anything, any density does, because the colours are those of vertices.
   const double typical = seen.empty() ? 4 / surface.cells.size : median(seen);
   std::vector<double> densities;
   for (const Chart& chart : charts) {

@@ -21,7 +21,7 @@ struct TextureOptions {
   ChartOptions charts;
   LayoutOptions layout;
   ColorOptions color;
-  // Of the density with which the median view that sees a cell shows it. (0, 4]
+  // Texels per pixel of the median view that sees a cell. (0, 4]
   double texels_per_pixel = 1;
   // Bounds memory while photographs come one after the other, 36 bytes a texel: beyond it they are read again. >= 1
   std::uint64_t most_texels_at_once = 1u << 24;
@@ -32,14 +32,14 @@ void check(const TextureOptions& options);
 
 struct TextureFacts {
   std::uint64_t texels = 0;         // that show a place of the surface
-  std::uint64_t unseen_texels = 0;  // of these, those that no view sees: they have the vertices' colours
+  std::uint64_t unseen_texels = 0;  // how many of these no view sees: they have the vertices' colours
   double texels_per_pixel = 0;      // along a side: what was asked for, or less where the pages bound it
   std::size_t photographs = 0;      // that the colours are of
   std::size_t outliers = 0;         // that were offered, but do not show what the model does
 };
 
-// Pages are made one after the other, so that memory holds one of them, and charts so many at once that they have few
-// texels. The same bytes for any number of threads.
+// Makes pages one after the other, so that memory holds one of them. Charts are made in groups that have few texels.
+// The same bytes for any number of threads.
 class TexturedMesh {
  public:
   // Lays the texture out. Keeps the snapshot. With photographs `offered` they give the colours too, else only what is

@@ -30,7 +30,7 @@ constexpr const char* kWebp = "EXT_texture_webp";
 
 // The faces of one page, with a vertex for each that a chart has.
 struct PageMesh {
-  std::vector<std::uint32_t> vertices;  // of the mesh
+  std::vector<std::uint32_t> vertices;  // vertices of the mesh
   std::vector<glm::vec2> uvs;           // one per vertex, [0, 1], from the top left
   std::vector<glm::uvec3> faces;        // numbers in `vertices`
 };

@@ -18,18 +18,19 @@
 
 namespace lumatlas {
 
-// What glTF files say of where they come from: told from a model of `build`, which says "lumatlas".
+// The generator that glTF files of an export name. A model of `build` names "lumatlas".
 inline constexpr const char* kExportGenerator = "lumatlas export";
 
 struct TexturedFileOptions {
-  // Of the pages. WebP is for glTF alone (std::invalid_argument), by EXT_texture_webp, which a reader must know then.
+  // How the pages are coded. WebP is for glTF alone (std::invalid_argument), by EXT_texture_webp, which a reader must
+  // know then.
   PageCoding image;
   // From the scene's frame to the file's: orthonormal, determinant 1 (std::invalid_argument). glTF has it as the root
   // node's rotation, with a camera for each stored view below, an OBJ's vertices are turned.
   glm::dmat3 file_from_scene{1.0};
   std::string notes;  // glTF's asset.extras: the text of a JSON object, or empty
-  // Where the file's coordinates lie on the Earth: glTF has the text of a JSON object as "georeference" in its root
-  // node's extras, an OBJ the sentence, without line breaks, as a comment. Empty: not known.
+  // The position of the file's coordinates on the Earth. glTF has the text of a JSON object as "georeference" in its
+  // root node's extras; an OBJ has the sentence, without line breaks, as a comment. Empty: not known.
   std::string georeference, georeference_sentence;
 };
 

@@ -23,13 +23,14 @@ struct FrameChoiceOptions {
 // Throws std::invalid_argument naming the field, its value and the rule that it breaks.
 void check(const FrameChoiceOptions& options);
 
-// Returns how far the picture moves between two frames of one take, as a share of its longer side: the mean over its
-// parts of how far each has moved in sum, so that shaking to and fro counts for nothing and walking straight on does.
+// Returns how far the picture moves between two frames of one take, as a share of its longer side. It is the mean over
+// the picture's parts of the sum of their motions, in which shaking to and fro cancels out and walking straight on does
+// not.
 [[nodiscard]] double motion_between(std::span<const VideoFrame> frames, std::size_t first, std::size_t last);
 
-// Returns the indices of the chosen frames, ascending: of each stretch in which the picture has moved by two to four
-// thirds of a step since the chosen frame before, the sharpest one; a take begins with the sharpest within its first
-// third of a step. Throws std::invalid_argument for bad options.
+// Returns the indices of the chosen frames, ascending. Each is the sharpest frame of the stretch in which the picture
+// has moved by two to four thirds of a step since the chosen frame before. The first of a take is the sharpest within
+// its first third of a step. Throws std::invalid_argument for bad options.
 [[nodiscard]] std::vector<std::size_t> choose_frames(std::span<const VideoFrame> frames,
                                                      const FrameChoiceOptions& options = {});
 

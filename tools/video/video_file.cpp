@@ -26,8 +26,8 @@ constexpr const char* kWholeFrames = "bwdif=mode=send_frame:deint=interlaced,sca
 // Numbers the frames by time, so that each one that comes is written once, whatever its time was.
 constexpr const char* kOneByOne = "settb=1/25,setpts=N";
 
-// What a display of the ordinary range shows of brightness coded by PQ or HLG, the same for every frame: up to a third
-// of the white of ITU-R BT.2408 (203 cd/m2) as it is, above that compressed.
+// The filter that shows brightness coded by PQ or HLG on a display of the ordinary range, the same for every frame: up
+// to a third of the white of ITU-R BT.2408 (203 cd/m2) unchanged, above that compressed.
 constexpr const char* kOrdinaryRange =
     "zscale=t=linear:npl=203,format=gbrpf32le,zscale=p=bt709,tonemap=tonemap=mobius:desat=0,"
     "zscale=t=bt709:m=bt709:r=tv,format=yuv420p";
@@ -180,7 +180,7 @@ void VideoFile::for_each_grey_frame(std::uint32_t longer_px, const Look& look) c
       run_ffmpeg({"-map", "0:v:0", "-vf", filters, "-r", "25", "-c:v", "pgm", "-f", "image2pipe", "pipe:1"},
                  stream.path(), [&] { stream.read(); });
   stream.read();  // the rest
-  // Where a video is cut off, ffmpeg fails at its end.
+  // ffmpeg fails at the end of a video that is cut off.
   if (status < 0 || stream.frames() == 0) throw InputError(file_.string() + ": no frames can be read" + reason(status));
 }
 

@@ -14,7 +14,7 @@ namespace lumatlas {
 // Returns whether the file's ending, in any case, is one that videos have.
 [[nodiscard]] bool has_video_ending(const std::filesystem::path& file);
 
-// What ffprobe says of the first video stream.
+// The facts that ffprobe reports of the first video stream.
 struct VideoFacts {
   double seconds = 0;            // 0: not said
   double frames_per_second = 0;  // on average; 0: not said
@@ -31,8 +31,8 @@ class VideoFile {
   [[nodiscard]] const VideoFacts& facts() const { return facts_; }
 
   // Calls `look` with the grey values of each frame in turn, upright, scaled down to at most `longer_px` pixels on its
-  // longer side. What `look` throws ends ffmpeg and is thrown on. Of a video that is cut off, the frames before are
-  // looked at. Throws InputError where no frame can be read, and Interrupted.
+  // longer side. What `look` throws ends ffmpeg and is thrown on. If a video is cut off, the frames before the cut are
+  // used. Throws InputError where no frame can be read, and Interrupted.
   using Look = std::function<void(std::span<const std::uint8_t> grey, std::uint32_t width, std::uint32_t height)>;
   void for_each_grey_frame(std::uint32_t longer_px, const Look& look) const;
 

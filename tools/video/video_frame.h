@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What is known of a frame of a video when frames are chosen.
+// The properties of a video frame by which frames are chosen.
 #pragma once
 
 #include <array>

@@ -12,7 +12,7 @@ struct ByteRange {
   enum class Answer {
     whole,          // all of the file, status 200: there is no range, or one that a server may ignore
     part,           // status 206
-    unsatisfiable,  // none of the file, status 416
+    unsatisfiable,  // no byte of the file, status 416
   };
   Answer answer = Answer::whole;
   std::uint64_t offset = 0, length = 0;  // offset + length is at most the file's size

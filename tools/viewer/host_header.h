@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Whether a request's Host header names this server. A page of another site whose name its owner leads to this address
-// (DNS rebinding) sends that name: so no name is good but those that the user of the server knows.
+// Checks whether a request's Host header names this server. A page of another site can be led to this address by its
+// owner (DNS rebinding), and then sends that site's name. So only names that the user of the server knows are accepted.
 #pragma once
 
 #include <string>
@@ -8,9 +8,9 @@
 
 namespace lumatlas {
 
-// `header`: NAME or NAME:PORT. True for an IP address, which is not looked up and so cannot be led elsewhere, and which
-// may be one that a router translates; for "localhost"; and for `given`, the name or address that the user has the
-// server listen at. The port says nothing: browsers leave 80 out, and a tunnel has another one.
+// `header`: NAME or NAME:PORT. Returns true for "localhost", for `given`, the name or address that the user has the
+// server listen at, and for any IP address, because it is not looked up and so cannot be led elsewhere. (A router may
+// translate addresses.) The port is ignored: browsers leave 80 out, and a tunnel has another one.
 [[nodiscard]] bool names_this_server(std::string_view header, const std::string& given);
 
 }  // namespace lumatlas

@@ -99,7 +99,7 @@ class HttpConnections::Connection : public std::enable_shared_from_this<Connecti
   void take_request(error_code error) {
     const auto& asked = parser_->get();
     if (error) {
-      // What is no request ends the connection, with an answer where the client can still read one.
+      // A malformed request ends the connection, with an answer if the client can still read one.
       const bool is_malformed = error.category() == http::make_error_code(http::error::bad_method).category();
       const bool is_over = error == http::error::end_of_stream || error == http::error::partial_message;
       if (!is_malformed || is_over) return close();
@@ -199,9 +199,9 @@ class HttpConnections::Connection : public std::enable_shared_from_this<Connecti
   std::list<Connection*>::iterator place_;
   bool is_listed_ = true;
   boost::beast::tcp_stream stream_;
-  boost::beast::flat_buffer buffer_{2 * kMostHeadBytes};  // what has come of this request and the next ones
+  boost::beast::flat_buffer buffer_{2 * kMostHeadBytes};  // received bytes of this request and the next ones
   std::optional<http::request_parser<http::empty_body>> parser_;
-  SiteAnswer answer_;  // what of it is still to be sent
+  SiteAnswer answer_;  // the part that is still to be sent
   http::response<http::empty_body> response_;
   std::optional<http::response_serializer<http::empty_body>> serializer_;
   bool keep_open_ = false;

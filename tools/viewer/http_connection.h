@@ -24,12 +24,12 @@ struct SiteRequest {
   std::optional<std::string> range;  // value of the Range header, of a GET without conditions
 };
 
-// What is answered: a file, or a part of it.
+// The answer to a request: a file, or a part of it.
 struct SiteAnswer {
   unsigned status = 200;
   std::shared_ptr<const SiteFile> file;  // never null; kept while it is being sent
   std::uint64_t offset = 0, length = 0;  // within the file's bytes
-  bool in_parts = true;                  // whether its parts can be asked for
+  bool in_parts = true;                  // parts of it may be asked for
   std::uint64_t of_size = 0;             // with status 416, the size of the file that was asked for
 };
 

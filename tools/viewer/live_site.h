@@ -37,10 +37,11 @@ class LiveSite {
   std::chrono::seconds time_for_views_;
   SiteOptions options_;
   SiteHistory history_;
-  std::vector<std::string> names_, older_names_;  // of the files of the last version, and of the one before
+  std::vector<std::string> names_, older_names_;  // files of the last version, and of the one before
 };
 
-// Whether two snapshots of one atlas show the same: the same surface and views, by their addresses, and equal tables.
+// Returns whether two snapshots of one atlas show the same: the same surface and views, by their addresses, and equal
+// tables.
 [[nodiscard]] bool look_alike(const Snapshot& a, const Snapshot& b);
 
 // Returns the next snapshot to show, or null: nothing new. The snapshot is kept until the page has all of it, or

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What the desktop opens addresses with. It says nothing here, and may outlive this program, as browsers do; where
-// there is none, nothing happens.
+// Opens an address with the desktop's program for it. That program prints nothing here, and may outlive this one, as
+// browsers do. If there is none, nothing happens.
 #pragma once
 
 #include <string>

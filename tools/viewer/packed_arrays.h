@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Arrays of whole numbers as a page can unpack them without any library: what changes little from one entry to the next
-// is written as differences, the bytes of all entries by their significance one after the other, and all of it deflated
-// (RFC 1950), which every browser undoes by itself (DecompressionStream). The page's half is page/packed_arrays.js.
+// Packs arrays of whole numbers so that a page can unpack them without any library. Values that change little from one
+// entry to the next are written as differences. The bytes of all entries follow each other by significance, and all of
+// it is deflated (RFC 1950), which every browser can undo (DecompressionStream). The page's half is
+// page/packed_arrays.js.
 #pragma once
 
 #include <cstdint>
@@ -13,7 +14,7 @@
 namespace lumatlas {
 
 enum class PackedCoding {
-  plain,       // as they are
+  plain,       // the values themselves
   difference,  // to the entry before in the same component, alternating in sign: 0, -1, 1, -2, 2 become 0 to 4
   corners,     // vertices that are numbered in the order in which they first come: how far below the next new one
 };

@@ -10,7 +10,7 @@
 
 namespace lumatlas {
 
-// What every WebGL 2 takes as a texture's side, and so the longest side of a photograph in a page.
+// The largest side of a texture that every WebGL 2 takes, and so the longest side of a photograph in a page.
 inline constexpr std::uint32_t kMostSidePx = 2048;
 
 // A view's photograph, and what is valid of it. Row by row.

@@ -39,7 +39,7 @@ namespace {
 
 using nlohmann::json;
 
-// As the renderer's, see blend/renderer.cpp.
+// The renderer's value, see blend/renderer.cpp.
 constexpr double kNearShare = 1e-8;
 
 // Tiles of a page where the model has none.
@@ -52,7 +52,7 @@ constexpr std::uint32_t kThumbnailPx = 128;
 constexpr std::uint32_t kPosterPx = 640;
 constexpr ImageCoding kSmallPictures{ImageFormat::jpeg, 80};
 
-// Whether a photograph's rows are within 5 degrees of the horizon, the right way up.
+// Returns whether a photograph's rows are within 5 degrees of the horizon, the right way up.
 bool is_level(const Camera& camera, const glm::dvec3& up) {
   const glm::dvec3 up_in_camera = camera.cam_from_world_rotation * up;  // y down
   return std::abs(up_in_camera.x) <= std::sin(glm::radians(5.0)) && up_in_camera.y < 0;
@@ -174,7 +174,7 @@ class SiteWriter {
   }
   void note(std::string name) { names_.push_back(std::move(name)); }
 
-  // What a scene says of its files.
+  // The files of a scene, as its JSON describes them.
   struct Described {
     json mesh, coarse, tables, colors, poster;
   };
@@ -195,7 +195,7 @@ class SiteWriter {
   void write_view(std::size_t slot, const StoredView& view);
   void write_view_version(std::size_t slot, const StoredView& view);
   [[nodiscard]] json view_json(std::size_t slot) const;
-  // Where a visitor begins: at the photograph that most cells refer to, which gives the widest view.
+  // Returns the view where a visitor begins: the photograph that most cells refer to, which gives the widest view.
   [[nodiscard]] std::size_t first_view() const;
   [[nodiscard]] std::string stem(std::size_t slot) const;
   [[nodiscard]] SiteFile thumbnail_file(std::size_t slot) const;
@@ -469,7 +469,7 @@ SiteFile SiteWriter::scene_file(const Described& described) const {
       {"core", {{"min", json_of(extent.core.min)}, {"max", json_of(extent.core.max)}}},
       {"first_view", first_view()},
       {"poster", described.poster},
-      {"bytes", sizes_},  // so that a page knows a file that was cut short
+      {"bytes", sizes_},  // lets a page recognise a file that was cut short
       {"views", std::move(views)}};
   return compact_json("scene.json", scene);
 }
@@ -524,7 +524,7 @@ void SiteWriter::write_view(std::size_t slot, const StoredView& view) {
       put_named(binary("views/" + stem(slot) + ".bin", mask_file(scaled, DeflateEffort::most)), facts_.mask_bytes);
 }
 
-// What of it is new.
+// Writes the new parts of a view.
 void SiteWriter::write_view_version(std::size_t slot, const StoredView& view) {
   const bool photograph = history_->views[slot].photograph == history_->version;
   const bool mask = history_->views[slot].mask == history_->version;
@@ -587,7 +587,7 @@ SiteFile script_file() {
   return {"viewer.js", "text/javascript; charset=utf-8", bytes_of_text(k_page_script)};
 }
 
-// What a browser asks for when it opens index.html. All but index.html are named by content.
+// Returns the files that a browser asks for when it opens index.html. All but index.html are named by content.
 std::vector<SiteFile> lasting_page_files(const SiteOptions& options) {
   std::vector<SiteFile> files{named_by_content(style_file()), named_by_content(script_file()),
                               named_by_content(shaders_file())};

@@ -21,16 +21,17 @@
 
 namespace lumatlas {
 
-// By which a page says what wrote it.
+// The generator that a page names.
 inline constexpr const char* kSiteGenerator = "lumatlas export --to web";
 
 struct SiteOptions {
   std::string title = "lumatlas";
   ImageCoding photographs{ImageFormat::jpeg, 90};
   BlendOptions blend;
-  std::uint32_t most_side_px = kMostSidePx;                      // photographs with a longer side are scaled, all alike
-  std::chrono::seconds time_for_views = std::chrono::hours(24);  // of a version; at least one that is new is written
-  bool live = false;  // the page asks again and again for what changed: see live_site.h
+  std::uint32_t most_side_px = kMostSidePx;  // photographs with a longer side are scaled, all alike
+  std::chrono::seconds time_for_views =
+      std::chrono::hours(24);  // time to write a version's views; at least one that is new is written
+  bool live = false;           // the page asks again and again for what changed: see live_site.h
 };
 
 struct SiteFile {
@@ -39,17 +40,17 @@ struct SiteFile {
   std::vector<std::uint8_t> bytes;
 };
 
-// What became of a model.
+// The sizes of the files that a model became.
 struct SiteFacts {
   std::uint64_t page_bytes = 0;        // HTML, script, style, shaders
   std::uint64_t other_page_bytes = 0;  // script and shaders under the names that other pages know
-  std::uint64_t scene_bytes = 0;       // what the scene says of itself, and a coarse mesh: the first picture
+  std::uint64_t scene_bytes = 0;       // the scene's JSON and a coarse mesh: the first picture
   std::uint64_t mesh_bytes = 0;
   std::uint64_t table_bytes = 0;       // references
   std::uint64_t photograph_bytes = 0;  // photographs and thumbnails
   std::uint64_t mask_bytes = 0;
   std::uint32_t views = 0;
-  double scale = 1;  // of the photographs, where one was longer than a texture of every browser may be
+  double scale = 1;  // scale of the photographs, if one was longer than a texture of every browser may be
 
   [[nodiscard]] std::uint64_t bytes() const {
     return page_bytes + other_page_bytes + scene_bytes + mesh_bytes + table_bytes + photograph_bytes + mask_bytes;
@@ -59,9 +60,9 @@ struct SiteFacts {
 // How many ticks write_site() gives.
 [[nodiscard]] std::size_t site_ticks(const Snapshot& snapshot);
 
-// Hands each file of the site to `put`, one at a time, scene.json last. index.html and scene.json name the others,
-// whose names hold a tag of their bytes: a file of that name is the same in every version of every site, so that no
-// cache mixes versions. Throws std::invalid_argument unless the snapshot passes check() and holds a view.
+// Passes each file of the site to `put`, one at a time, scene.json last. index.html and scene.json name the others,
+// whose names hold a digest of their bytes. A file of that name is the same in every version of every site, so no cache
+// mixes versions. Throws std::invalid_argument unless the snapshot passes check() and holds a view.
 SiteFacts write_site(const Snapshot& snapshot, const SiteOptions& options, const std::function<void(SiteFile)>& put,
                      const Tick& tick = {});
 
@@ -79,7 +80,7 @@ std::vector<std::string> write_site_version(const Snapshot& snapshot, const Site
 SiteFacts write_site_folder(const std::filesystem::path& folder, const Snapshot& snapshot, const SiteOptions& options,
                             const Tick& tick = {});
 
-// What a page of a model is called: the name of its file or folder.
+// Returns the title of a model's page: the name of its file or folder.
 [[nodiscard]] std::string title_of(const std::filesystem::path& model);
 
 // The same in one HTML file that opens from a disk. The caller looks whether the stream has failed.

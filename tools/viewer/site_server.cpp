@@ -56,7 +56,7 @@ SiteAnswer answer_with(std::shared_ptr<const SiteFile> file, const std::optional
 
 struct SiteServer::State {
   ServerOptions options;
-  std::mutex mutex;  // of the files
+  std::mutex mutex;  // guards the files
   std::map<std::string, std::shared_ptr<const SiteFile>> files;
   // In the order in which they are needed: what waits on the io_context is destroyed with it.
   HttpConnections connections{[this](const SiteRequest& request) { return answer(request); }};
@@ -113,7 +113,7 @@ struct SiteServer::State {
     });
   }
 
-  // Where descriptors or memory ran out, one connection fewer leaves room for the next.
+  // If descriptors or memory run out, closing one connection leaves room for the next.
   void accept_later() {
     connections.close_stalest();
     pause.expires_after(kBetweenQuestions / 10);

@@ -122,7 +122,7 @@ PackedMesh packed_mesh(const ZoneMesh& mesh, const PositionGrid& grid) {
 }
 
 ZoneMesh coarse_mesh(const Snapshot& snapshot, std::size_t faces) {
-  constexpr float kMostError = 0.02F;  // of the mesh's extent
+  constexpr float kMostError = 0.02F;  // share of the mesh's extent
   const Mesh mesh = near_surface(*snapshot.surface).mesh;
   if (mesh.faces.size() <= 2 * faces) return {};
   const auto colors = snapshot.vertex_colors.begin();

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The mesh of a model as a page loads it: the renderer's own copy of it, by zones (zone_mesh.h), with positions
-// on a grid that is finer than any photograph can tell, and in an order that packs well.
+// Packs the mesh of a model for a page: the renderer's own copy of it, by fade zones (zone_mesh.h), with positions on a
+// grid finer than any photograph resolves, and in an order that packs well.
 #pragma once
 
 #include <cstddef>
@@ -13,7 +13,7 @@
 
 namespace lumatlas {
 
-// Where a position is: origin + step * whole numbers.
+// The grid of positions: origin + step * whole numbers.
 struct PositionGrid {
   glm::dvec3 origin{0.0};
   double step = 1;  // scene units, > 0
@@ -26,8 +26,8 @@ struct PositionGrid {
 struct PackedMesh {
   PackedArrays arrays;  // corners, positions, colors, shares, zones: as in ZoneMesh
   PositionGrid grid;
-  std::vector<std::size_t> corner_counts;  // of the faces for each of kCellsOfShader
-  std::vector<std::uint32_t> vertices;     // of the ZoneMesh, in the order in which they are here
+  std::vector<std::size_t> corner_counts;  // corners of the faces for each of kCellsOfShader
+  std::vector<std::uint32_t> vertices;     // the vertices of the ZoneMesh in their order here
 };
 
 // Changes the order of the mesh's vertices, and that of the faces within each of its groups.

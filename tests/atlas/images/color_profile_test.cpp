@@ -105,7 +105,7 @@ glm::ivec3 srgb_of(const glm::ivec3& color, const glm::dmat3& srgb_from_other, d
   return result;
 }
 
-// By columns.
+// One column after the other.
 const glm::dmat3 kFromP3({1.2249401763, -0.0420569547, -0.0196375546}, {-0.2249401763, 1.0420569547, -0.0786360455},
                          {0, 0, 1.0982736001});
 const glm::dmat3 kFromAdobe({1.3982832, 0, 0}, {-0.3982832, 1, -0.0429383}, {0, 0, 1.0429383});

@@ -46,7 +46,7 @@ std::vector<std::uint8_t> textured_samples(int components) {
   return samples;
 }
 
-// By libjpeg, because OpenImageIO writes neither CMYK nor restart markers.
+// Writes by libjpeg, because OpenImageIO writes neither CMYK nor restart markers.
 std::string jpeg_file(const Coding& coding) {
   jpeg_compress_struct jpeg{};
   jpeg_error_mgr errors{};

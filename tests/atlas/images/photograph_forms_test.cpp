@@ -19,7 +19,7 @@
 #include "tests/support/skip.h"
 #include "tests/support/temporary_folder.h"
 
-// What AddressSanitizer asks for: the encoders, which only this test uses, keep memory at the end.
+// Hooks of AddressSanitizer: the encoders, which only this test uses, keep memory at the end.
 extern "C" const char* __lsan_default_suppressions();   // NOLINT(bugprone-reserved-identifier)
 extern "C" const char* __lsan_default_suppressions() {  // NOLINT(bugprone-reserved-identifier)
   return "leak:libx265\nleak:libheif";
@@ -160,7 +160,7 @@ std::string heif_file(const HeifForm& form) {
   return file;
 }
 
-// Nothing, and the case is skipped, where libheif does not encode the form.
+// Returns nothing, and skips the case, if libheif does not encode the form.
 std::optional<fs::path> written_heif(const TemporaryFolder& folder, const std::string& name, const HeifForm& form) {
   const std::string file = heif_file(form);
   if (!file.empty()) return folder.with_file(name, file);
@@ -168,7 +168,7 @@ std::optional<fs::path> written_heif(const TemporaryFolder& folder, const std::s
   return std::nullopt;
 }
 
-// What a DNG says of its photograph.
+// The properties that a DNG states of its photograph.
 struct DngForm {
   std::array<double, 3> neutral{1, 1, 1};  // the sensor's values of white
   int orientation = 1;

@@ -82,7 +82,8 @@ const std::array<Sides, 8> kSides{{{Side::Top, Side::Left},
                                    {Side::Right, Side::Bottom},
                                    {Side::Left, Side::Bottom}}};
 
-// Where a pixel that lies `distance` away from `side` is, of an upright image of width or height `extent`.
+// Returns the position of a pixel that lies `distance` away from `side`, in an upright image of width or height
+// `extent`.
 std::uint32_t from_side(Side side, std::uint32_t distance, std::uint32_t extent) {
   return side == Side::Right || side == Side::Bottom ? extent - 1 - distance : distance;
 }

@@ -62,7 +62,7 @@ class DamagedModel {
   }
   void replace(const std::string& name, const std::string& bytes) const { (void)folder_.with_file(name, bytes); }
 
-  // What the reader says, without the path of the glTF file or the folder before it.
+  // Returns the reader's message, without the path of the glTF file or the folder before it.
   [[nodiscard]] std::string sentence() {
     replace("scene.gltf", gltf_.dump());
     return sentence_as_it_is();
@@ -877,7 +877,7 @@ class DamagedGlb {
                     std::span(reinterpret_cast<const unsigned char*>(binary_.data()), binary_.size()));
     return file.str();
   }
-  // What the reader says, without the path.
+  // Returns the reader's message, without the path.
   [[nodiscard]] std::string sentence(const std::string& bytes) const {
     const fs::path file = folder_.with_file("model.glb", bytes);
     try {

@@ -98,7 +98,7 @@ Snapshot compacted(const Snapshot& snapshot) {
   return compact;
 }
 
-// What the corners of the faces have, whatever the numbers of their vertices are.
+// Returns the values at the corners of the faces, which do not depend on the numbers of their vertices.
 template <typename T>
 std::vector<T> by_corner(const Mesh& mesh, const std::vector<T>& by_vertex) {
   std::vector<T> values;
@@ -349,8 +349,8 @@ TEST_CASE("each vertex belongs to one cell, and a vertex of several cells is the
   CHECK(mesh.positions.size() == needed.size());
 }
 
-// A wall of so many squares, two faces each, and a cell for every `faces_per_cell` neighbouring faces, each with one
-// reference to the only view.
+// Returns a wall of columns x rows squares, two faces each, and a cell for every `faces_per_cell` neighbouring faces,
+// each with one reference to the only view.
 Snapshot tiled_wall(std::uint32_t columns, std::uint32_t rows, std::uint32_t faces_per_cell) {
   const auto surface = std::make_shared<Surface>();
   add_wall(surface->mesh, columns, rows, 8.0f / static_cast<float>(columns), 4);
@@ -366,8 +366,8 @@ Snapshot tiled_wall(std::uint32_t columns, std::uint32_t rows, std::uint32_t fac
   return atlas.snapshot();
 }
 
-// Waves before a camera whose image is large enough to be traced sparsely. Of their two cells one has the reference, so
-// that not all tiles are resident.
+// Returns waves before a camera whose image is large enough to be traced sparsely. One of their two cells has the
+// reference, so that not all tiles are resident.
 Snapshot large_view_of_waves(const TileOptions& layout) {
   const auto surface = std::make_shared<Surface>();
   add_wall(surface->mesh, 60, 60, 8.0f / 60, 4);
@@ -526,7 +526,8 @@ TEST_CASE("the file stands upright for other programs, and has a camera for each
   }
 }
 
-// Where glTF (3.10.3) has a camera show a point of its own frame: 1 is the right and the upper border.
+// Returns the position at which glTF (3.10.3) has a camera show a point of its own frame: 1 is the right and the upper
+// border.
 glm::dvec2 shown_at(const nlohmann::json& perspective, const glm::dvec3& point) {
   const double half_height = std::tan(0.5 * perspective.at("yfov").get<double>());
   const double half_width = half_height * perspective.at("aspectRatio").get<double>();
@@ -615,7 +616,7 @@ TEST_CASE("a gain is stored as red, green, blue") {
   CHECK(view.at("gain") == nlohmann::json{1.7, 0.9, 1.2});
 }
 
-// As on a disk that is full after so many bytes of a file.
+// Acts like a disk that is full after a number of bytes of a file.
 class FileSizeLimit {
  public:
   explicit FileSizeLimit(rlim_t bytes) : handler_(std::signal(SIGXFSZ, SIG_IGN)) {
@@ -710,7 +711,7 @@ TEST_CASE("a smaller model in the place of a larger one leaves no image that not
   CHECK(files_in(folder.path()) == expected);
 }
 
-// Of a glTF file: the values of one attribute's accessor, as they are stored.
+// Returns the values of one attribute's accessor in a glTF file, as they are stored.
 template <typename T>
 std::vector<T> attribute_of(const nlohmann::json& gltf, const std::string& buffer, const char* name) {
   const auto& primitive = gltf.at("meshes").at(0).at("primitives").at(0);
@@ -790,7 +791,7 @@ TEST_CASE("a model reads back and renders the same with a base texture and witho
     };
     CHECK(picture(read) == picture(expected));
   }
-  // What it takes on disk is told, and is all that there is.
+  // The printed size on disk is the size of all files.
   const ModelFacts with = read_model_facts(folder / "model.glb"), without = read_model_facts(plain.path());
   CHECK(with.texture_bytes == encode_image(texture.image, texture.coding).size());
   CHECK(without.texture_bytes == 0);
@@ -826,7 +827,7 @@ TEST_CASE("a base texture that does not fit the mesh is no texture") {
 }
 
 TEST_CASE("a photograph without a resident tile is not opened") {
-  // As programs wrote models that kept such views: a resident flag of 0 for each of its tiles.
+  // Earlier programs wrote models that kept such views: with a resident flag of 0 for each of their tiles.
   const TemporaryFolder folder;
   write_model(folder.path(), small_snapshot({}, {8, 2, 0}), {});
   nlohmann::json gltf = json_of(folder / "scene.gltf");

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What is written is what atlas/LUMATLAS_lumigraph.schema.json says, no more and no less.
+// Models are written as atlas/LUMATLAS_lumigraph.schema.json says, no more and no less.
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -21,8 +21,8 @@ json schema() {
   return json::parse(bytes_of(LUMATLAS_SCHEMA));
 }
 
-// As much of JSON Schema 2020-12 as that schema uses; any other keyword is an error. Stricter in one thing: a property
-// that the schema does not list is wrong.
+// Checks as much of JSON Schema 2020-12 as that schema uses; any other keyword is an error. It is stricter in one
+// thing: a property that the schema does not list is wrong.
 class Checker {
  public:
   explicit Checker(const json& root) : root_(root) {}

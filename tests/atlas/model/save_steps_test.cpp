@@ -36,7 +36,7 @@ bool may_go_on() {
 
 }  // namespace
 
-// What std::filesystem calls.
+// The functions that std::filesystem calls.
 extern "C" int rename(const char* from, const char* to) noexcept {
   if (!may_go_on()) return -1;
   is_rename_on_disk = false;

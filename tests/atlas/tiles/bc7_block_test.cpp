@@ -140,7 +140,7 @@ TEST_CASE("where colour and alpha change apart, each keeps its own steps") {
 }
 
 TEST_CASE("the ends of a ramp are better than the extremes of what they stand for") {
-  // Of noise, where fifteen steps between the darkest and the brightest texel, chosen by hand, make this error.
+  // Noise, where fifteen steps between the darkest and the brightest texel, chosen by hand, make this error.
   std::mt19937 random(7);
   double made = 0, extremes = 0;
   for (int run = 0; run < 200; ++run) {

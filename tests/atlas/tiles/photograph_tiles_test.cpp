@@ -92,7 +92,7 @@ TEST_CASE("pages grow only when there would be too many") {
   CHECK(pages_for(1u << 30, 2048, 20).columns == 16);  // 32 would be beyond the texture's side
 }
 
-// By definition: of every tile and its gutter, every usable pixel.
+// Finds by definition every usable pixel of every tile and its gutter.
 std::vector<std::tuple<std::uint32_t, std::uint32_t, std::uint32_t>> shown_by_definition(
     const StoredView& view, const std::vector<std::uint32_t>& face, const Cells& cells, const TileOptions& options) {
   const auto width = static_cast<int>(view.camera.width);

@@ -30,7 +30,8 @@ Surface wall_in_cells(std::uint32_t columns, std::uint32_t rows) {
   return surface;
 }
 
-// By vertex and cell; checks that every face says the same of a vertex, which makes shares continuous over the mesh.
+// Returns shares by vertex and cell. Checks that every face has the same shares at a vertex, which makes them
+// continuous over the mesh.
 std::vector<std::map<std::uint32_t, float>> shares_by_vertex(const Surface& surface, const CellShares& shares) {
   std::vector<std::map<std::uint32_t, float>> by_vertex(surface.mesh.positions.size());
   std::vector<bool> known(by_vertex.size(), false);

@@ -94,7 +94,7 @@ TEST_CASE("options that cannot be are refused before anything is divided by them
   CHECK_THROWS_WITH(check(options), Catch::Contains("antialias is 2"));
 }
 
-// Where a tile's border would show: the columns on both of its sides differ no more than they do in one piece.
+// A tile's border would show here: the columns on both of its sides differ no more than they do in one piece.
 TEST_CASE(
     "where the shifts of the tiles are exact, a picture in tiles is the same but for silhouettes, at borders too") {
   const std::optional<EglContext> context = context_or_skip();

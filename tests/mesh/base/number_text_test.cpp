@@ -18,7 +18,7 @@ struct DecimalComma : std::numpunct<char> {
   std::string do_grouping() const override { return "\3"; }
 };
 
-// As on a host with a decimal comma: C++'s own locale, and C's where such a one is installed.
+// Acts like a host with a decimal comma: C++'s own locale, and C's if such a one is installed.
 class CommaLocale {
  public:
   CommaLocale() : cpp_(std::locale::global(std::locale(std::locale::classic(), new DecimalComma))) {

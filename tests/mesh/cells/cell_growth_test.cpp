@@ -118,7 +118,7 @@ bool is_at_place(const Mesh& a, std::uint32_t face_a, const Mesh& b, std::uint32
   return false;
 }
 
-// What the header says of every growth, found the slow way.
+// Checks the header's statements about every growth the slow way.
 void check_growth(const Mesh& mesh_before, const Cells& before, const Change& change, const CellGrowth& growth) {
   const Cells& cells = growth.cells;
   REQUIRE(cells.size == before.size);

@@ -39,7 +39,7 @@ glm::dvec3 centroid_of(const Mesh& mesh, std::size_t face) {
   return (glm::dvec3(mesh.positions[f.x]) + glm::dvec3(mesh.positions[f.y]) + glm::dvec3(mesh.positions[f.z])) / 3.0;
 }
 
-// What holds for any mesh with either partition.
+// Checks the laws of any mesh with either partition.
 void check_sound(const Mesh& mesh, const Cells& cells) {
   REQUIRE(cells.cell_of_face.size() == mesh.faces.size());
   std::vector<std::uint32_t> faces(cells.cells.size(), 0);
@@ -120,7 +120,7 @@ bool same_cells(const Cells& a, const Cells& b) {
          std::equal(a.cells.begin(), a.cells.end(), b.cells.begin(), b.cells.end(), same_cell);
 }
 
-// As a depth camera leaves it.
+// Returns a plane as a depth camera measures it.
 Mesh rough_plane(std::uint32_t quads, float side, float noise) {
   Mesh mesh = plane(quads, side);
   std::mt19937 random(5);

@@ -149,7 +149,7 @@ TEST_CASE("a mesh that is not manifold is split without a crack") {
   const Mesh split = split_large_faces(fins, 0.2);
   CHECK(longest_edge_of(split) <= 0.2);
   CHECK(area_of(split) == Approx(1.5).epsilon(1e-6));
-  // What lies on the edge that all three share has the same places on each.
+  // Points on the edge that all three share have the same positions on each.
   std::map<float, int> copies;
   for (const glm::vec3& p : split.positions) {
     if (p.x == 0 && p.y == 0 && p.z > 0 && p.z < 1) ++copies[p.z];

@@ -87,8 +87,8 @@ TEST_CASE("a mesh without boundary, or a size of 0, changes nothing; sizes that 
   }
 }
 
-// A plane with a hole of so many edges, whose border goes to and fro: no Delaunay triangulation of its vertices has all
-// of the border's edges.
+// Returns a plane with a hole of `edges` edges, whose border goes to and fro: no Delaunay triangulation of its vertices
+// has all of the border's edges.
 Mesh with_jagged_hole(std::uint32_t edges) {
   std::mt19937 random(5);
   std::uniform_real_distribution<double> radius(0.7, 1), height(-0.3, 0.3);

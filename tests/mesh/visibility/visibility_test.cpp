@@ -203,7 +203,7 @@ Mesh hills_behind_a_box() {
   return mesh;
 }
 
-// Whether a pixel shows another surface than a neighbour, by depth.
+// Returns whether a pixel shows another surface than a neighbour, by depth.
 bool at_depth_edge(const VisibilityBuffer& buffer, std::size_t x, std::size_t y) {
   const float z = buffer.depth[y * buffer.width + x];
   for (std::size_t row = y - std::min<std::size_t>(y, 1); row <= y + 1 && row < buffer.height; ++row) {

@@ -126,9 +126,9 @@ TEST_CASE("what a cell is worth follows what is asked of it, as worked by hand")
   DirectionCoverage coverage(*surface, options, 0);
   const Contribution near = seen_from(2, 0.25), far = seen_from(8, 0.25);
   std::vector<double> losses(1, 0);
-  const auto ask = [&](const Contribution& part, bool take_back = false) {
+  const auto ask = [&](const Contribution& part, DemandChange change = DemandChange::add) {
     const double before = coverage.value(0);
-    const double rise = coverage.ask(0, part, take_back, losses);
+    const double rise = coverage.change_demand(0, part, change, losses);
     CHECK(rise == Approx(coverage.value(0) - before).margin(1e-9));
     CHECK(losses[0] == Approx(coverage.value(0)).margin(1e-9));  // of the only view
   };
@@ -148,9 +148,9 @@ TEST_CASE("what a cell is worth follows what is asked of it, as worked by hand")
   std::vector<double> twice(1, 0);
   coverage.add_losses(0, 2, twice);
   CHECK(twice[0] == Approx(2 * 0.25 * std::exp(-0.5)).epsilon(1e-5));
-  ask(far, true);
+  ask(far, DemandChange::remove);
   CHECK(coverage.value(0) == Approx(0.25));
-  ask(near, true);
+  ask(near, DemandChange::remove);
   CHECK(coverage.value(0) == 0);
 }
 

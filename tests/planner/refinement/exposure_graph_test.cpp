@@ -244,7 +244,7 @@ TEST_CASE("ratios of many points count more than ratios of few") {
   ExposureGraph graph(2);
   graph.set(0, std::vector{grey_ratio_to(1, -0.00, 2500)});
   graph.set(1, std::vector{grey_ratio_to(0, 0.02, 25)});
-  // By the root of their numbers: 50 to 5.
+  // Weights by the root of their numbers: 50 to 5.
   CHECK(log_gain(graph, 1) - log_gain(graph, 0) == Approx(0.02 / 11).margin(2e-4));
 }
 

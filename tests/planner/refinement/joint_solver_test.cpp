@@ -66,7 +66,7 @@ TEST_CASE("the squares of the normal equations lie within the pattern that is kn
   const std::vector<std::size_t> lens_of(DisturbedArc::kViews, 0);
   const JointProblem problem(input.atlas, input.views, input.samples, lens_of, 400, {});
   JointState state;
-  state.shared.assign(1, Block::Zero());
+  state.lens_parameters.assign(1, Block::Zero());
   state.cameras = arc.given;
   state.gain.assign(DisturbedArc::kViews, 1);
   std::vector<std::size_t> block_of(DisturbedArc::kViews);

@@ -184,7 +184,7 @@ TEST_CASE("the derivatives are those of the colour, per pixel of the full resolu
   for (std::uint32_t level = 0; level < pyramid.levels(); ++level) {
     const double size = std::exp2(level);
     for (int repeat = 0; repeat < 500; ++repeat) {
-      // Between four pixel centres, where the colour is bilinear and central differences are exact but for rounding.
+      // Between four pixel centres the colour is bilinear, and central differences are exact apart from rounding.
       const double column = static_cast<double>(random() % (pyramid.level(level).width - 1));
       const double row = static_cast<double>(random() % (pyramid.level(level).height - 1));
       const glm::dvec2 at = size * glm::dvec2(column + 0.5 + inside(random), row + 0.5 + inside(random));

@@ -21,7 +21,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// A zombie has ended, even where nobody waits for it.
+// A zombie has ended, even if no process waits for it.
 bool is_running(const std::string& process) {
   std::ifstream file("/proc/" + process + "/stat");
   std::string stat;

@@ -11,7 +11,7 @@
 namespace lumatlas {
 namespace {
 
-// What `work` returns in a child of its own.
+// Returns the result of `work` in a child of its own.
 int in_child(const std::function<int()>& work) {
   const pid_t child = fork();
   if (child == 0) _exit(work());

@@ -89,7 +89,7 @@ TEST_CASE("photographs that the mesh leaves mostly empty are warned of, with the
   CHECK(coverage_warning(trust, names, "points") ==
         "the mesh covers only 70% of the photographs' pixels, and less than half of 25% of the photographs, least of "
         "b.jpg (12%): the rest stays empty, for lack of points there");
-  // Of a sphere, one camera sees all and the other looks past it.
+  // One camera sees all of the sphere, and the other looks past it.
   const SphereScene scene(true);
   const SceneMesh made = mesh_from_scene(scene.folder.path(), kOfPoints, kUnreported);
   const std::vector<Camera> near = views_around(1);

@@ -26,34 +26,43 @@ Rgb8 color_at(const Photograph& picture, std::uint32_t x, std::uint32_t y) {
   return {rgb[0], rgb[1], rgb[2]};
 }
 
-// The pixels that a text colours, as rows of '#' and '.'.
-std::string drawn(std::string_view text, std::uint32_t scale = 1) {
-  Photograph picture = blank(text_width(text, scale), kGlyphHeight * scale, 0);
-  draw_text(picture, 0, 0, text, scale, {255, 255, 255});
+// Returns the pixels that a text colours in a picture of its size, with a margin around it, as '#' and '.'.
+std::string drawn(std::string_view text, std::uint32_t scale = 1, std::uint32_t margin = 0) {
+  Photograph picture = blank(text_width(text, scale) + 2 * margin, kGlyphHeight * scale + 2 * margin, 0);
+  draw_text(picture, margin, margin, text, scale, {255, 255, 255});
   std::string dots;
   for (std::size_t i = 0; i < picture.rgb.size(); i += 3) dots += picture.rgb[i] != 0 ? '#' : '.';
   return dots;
 }
 
-TEST_CASE("every letter that a legend may need looks like no other, and none is cut off") {
+TEST_CASE("every letter that a legend may need looks like no other, and none is larger than its size says") {
   const std::string letters = "0123456789.,:-+=ABCDEFGHIJKLMNOPQRSTUVWXYZ_/()%?abcdefghijklmnopqrstuvwxyz<>";
   std::set<std::string> shapes;
   for (const char letter : letters) {
-    const std::string shape = drawn(std::string(1, letter));
+    const std::string text(1, letter), shape = drawn(text), amid_space = drawn(text, 1, 9);
     CAPTURE(letter);
-    CHECK(std::count(shape.begin(), shape.end(), '#') >= 2);
+    const auto count = std::count(shape.begin(), shape.end(), '#');
+    CHECK(count >= 1);
+    CHECK(std::count(amid_space.begin(), amid_space.end(), '#') == count);
     shapes.insert(shape);
   }
   CHECK(shapes.size() == letters.size());
   CHECK(drawn(" ").find('#') == std::string::npos);
-  CHECK(drawn("|") == drawn("?"));
-  CHECK(drawn("\xc3\xa4") == drawn("?"));  // two bytes, one letter
 }
 
-TEST_CASE("text has the width that is told, at every scale, and is cut off at the picture's edge") {
+TEST_CASE("what the font lacks is drawn as question marks, one for each character") {
+  for (const std::string missing : {"\t", "\n", "\x7f", "\xc3\xa4", "\xe2\x82\xac"}) {
+    CAPTURE(missing);
+    CHECK(drawn(missing) == drawn("?"));
+    CHECK(drawn("a" + missing + "b") == drawn("a?b"));
+  }
+}
+
+TEST_CASE("text takes as many dots as its letters, at every scale, and is cut off at the picture's edge") {
   CHECK(text_width("", 3) == 0);
-  CHECK(text_width("ab", 1) == 11);
-  CHECK(text_width("ab", 3) == 33);
+  CHECK(drawn("").empty());
+  CHECK(text_width("ab", 1) == text_width("a", 1) + text_width("b", 1));
+  CHECK(text_width("ab", 3) == 3 * text_width("ab", 1));
   const std::string small = drawn("H1");
   const std::string large = drawn("H1", 2);
   CHECK(std::count(large.begin(), large.end(), '#') == 4 * std::count(small.begin(), small.end(), '#'));

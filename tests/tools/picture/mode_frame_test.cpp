@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What each mode says of each pixel of a small room, and in which colours.
+// The values and colours of each mode at each pixel of a small room.
 #include "tools/picture/mode_frame.h"
 
 #include <algorithm>
@@ -20,7 +20,7 @@ Rgb8 color_at(const Photograph& picture, std::size_t pixel) {
   return {picture.rgb[3 * pixel], picture.rgb[3 * pixel + 1], picture.rgb[3 * pixel + 2]};
 }
 
-// A room whose every third cell nobody has seen, and the next one nobody refers to.
+// Returns a room whose every third cell was never seen, and whose next one has no references.
 Snapshot patchy_room() {
   Snapshot snapshot = room_snapshot(6, {});
   ReferenceTable patchy;

@@ -155,7 +155,7 @@ TEST_CASE("snapshots that are taken while a model is built do not change it") {
   CHECK(result.snapshot.vertex_colors == alone.snapshot.vertex_colors);
 }
 
-// A folder beside the small scene that fills up: its mesh is there, and the poses of so many photographs, JPEG.
+// A folder beside the small scene that fills up: its mesh is there, and the poses of some photographs, JPEG.
 class FillingScene {
  public:
   explicit FillingScene(std::size_t listed = kViews) {
@@ -168,7 +168,7 @@ class FillingScene {
     }
     list(listed);
   }
-  // Writes the poses of the first so many.
+  // Writes the poses of the first `count`.
   void list(std::size_t count) const {
     std::filesystem::create_directory(path() / "sparse");
     write_colmap_model(path() / "sparse", std::span(views_).first(count), {});
@@ -223,8 +223,8 @@ void check_same_model(const BuildResult& a, const BuildResult& b) {
   CHECK(a.snapshot.gains == b.snapshot.gains);
 }
 
-// Where photographs come one by one, those that leave again have a part in refining the others, and so have references
-// that are given up later. Refined, there is room for all of them here.
+// If photographs come one by one, those that leave again take part in refining the others, and so do references that
+// are given up later. Refined, all of them fit here.
 TEST_CASE("a scene that fills up becomes the model that it would have become with all photographs there at once") {
   const bool refined = GENERATE(false, true);
   BuildOptions options = options_for(refined ? kViews : 8);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What a scene's folder holds that is not used: masks under other names, photographs without a pose.
+// Files in a scene's folder that are not used: masks under other names, photographs without a pose.
 #include <catch2/catch.hpp>
 #include <filesystem>
 #include <fstream>

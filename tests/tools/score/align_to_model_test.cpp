@@ -86,7 +86,7 @@ TEST_CASE("a photograph whose given pose is wrong gets back what it scores where
   const auto aligned = align_to_model(model.pictures(), given, at_given, model.pyramid);
   REQUIRE(aligned);
   CHECK(psnr(at_given.picture, model.photograph, all) < 35);
-  // Nothing differs there but what a tenth of a pixel does to waves that are 14 pixels long: about a level.
+  // The only difference there is that of a tenth of a pixel in waves that are 14 pixels long: about a level.
   CHECK(psnr(aligned->seen.picture, model.photograph, all) > 45);
 }
 

@@ -39,7 +39,7 @@ Baked bake(const TexturedMesh& mesh) {
   return baked;
 }
 
-// As a viewer does, between four texels; 8-bit levels.
+// Samples as a viewer does, between four texels; 8-bit levels.
 dvec3 sampled(const TexturedMesh& mesh, const Baked& baked, std::uint32_t face, const dvec3& point) {
   const std::uint32_t chart = mesh.chart_of_face()[face];
   const ChartPlace& place = mesh.layout().places[chart];

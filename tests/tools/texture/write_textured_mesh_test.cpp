@@ -83,8 +83,8 @@ std::vector<Corners> sorted_faces(const Mesh& mesh) {
   return faces;
 }
 
-// What the Khronos validator looks at, and that the surface is the mesh's, corner by corner to the bit: then it has no
-// T-junction that the mesh has not.
+// Checks what the Khronos validator checks, and that the surface is the mesh's, corner by corner to the bit: then it
+// has no T-junction that the mesh has not.
 void check_gltf(const tinygltf::Model& model, const TexturedMesh& mesh, const std::filesystem::path& folder) {
   CHECK(model.asset.version == "2.0");
   CHECK(model.asset.generator == kExportGenerator);

@@ -73,7 +73,7 @@ TEST_CASE("where fewer frames are asked for, all videos get a larger step") {
   for (const std::vector<VideoFrame>& video : videos) count += choose_frames(video, {step, 0.2}).size();
   CHECK(count <= 60);
   CHECK(count > 50);
-  // So that each video keeps a pair.
+  // Each video keeps a pair.
   CHECK(choose_frames(videos[0], {step_for(videos, 1), 0.2}).size() >= 2);
 }
 

@@ -12,10 +12,10 @@
 
 namespace lumatlas {
 
-// What pages said, by the last part of the address that they posted it to: "/said/NAME".
+// The messages of pages, by the last part of the address that they posted to: "/said/NAME".
 using Said = std::map<std::string, std::string>;
 
-// What a test server does to one request for a file.
+// The fault that a test server adds to one request for a file.
 struct Trouble {
   enum class Kind {
     none,

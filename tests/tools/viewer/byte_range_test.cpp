@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What a Range header becomes: always bytes of the file, and those that RFC 9110 says.
+// The bytes for a Range header: always bytes of the file, and those that RFC 9110 says.
 #include "tools/viewer/byte_range.h"
 
 #include <catch2/catch.hpp>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What a page that asks again and again is given of a model that changes.
+// The answers to a page that asks again and again for a model that changes.
 #include "tools/viewer/live_site.h"
 
 #include <httplib.h>
@@ -173,7 +173,7 @@ TEST_CASE("shaders are in a file of their own, which no version changes") {
   for (const std::size_t views : {3, 5}) {
     site.update(room(views), false);
     CHECK(running.text("shaders.json") == before);
-    // What is asked for again with each version: a few hundred bytes a view.
+    // The part that is fetched again with each version: a few hundred bytes a view.
     const std::string scene = running.text("scene.json");
     CHECK(scene.find("#version") == std::string::npos);
     CHECK(scene.size() < 2000 + 800 * views);

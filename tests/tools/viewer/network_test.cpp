@@ -47,7 +47,7 @@ void store(SiteFile& file, const json& value) {
   file.bytes.assign(text.begin(), text.end());
 }
 
-// What the browser itself asks for when a page is opened; the page cannot ask for it again.
+// Files that the browser itself fetches when a page is opened; the page cannot fetch them again.
 bool is_opened_by_browser(const std::string& name) {
   return name.ends_with(".html") || name.ends_with(".js") || name.ends_with(".css");
 }

@@ -35,7 +35,7 @@ TEST_CASE("corners are how far below the next new vertex") {
   PackedArrays arrays;
   const std::vector<std::uint32_t> corners{0, 1, 2, 2, 1, 3};
   arrays.add("corners", corners, 3, PackedCoding::corners);
-  // By corner of a face: 0, 1; 0, 2; 0, 0
+  // One byte pair for each corner of a face: 0, 1; 0, 2; 0, 0
   CHECK(inflated(arrays.deflated(), 6) == std::vector<std::uint8_t>{0, 1, 0, 2, 0, 0});
   CHECK_THROWS_AS(PackedArrays().add("corners", std::vector<std::uint32_t>{1, 0, 2}, 3, PackedCoding::corners),
                   std::invalid_argument);

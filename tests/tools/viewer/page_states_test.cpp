@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What becomes of the page where the GPU is lost, while it waits, where the GPU is slow, and at the ends of movements.
+// The page when the GPU is lost, while it waits, on a slow GPU, and at the ends of movements.
 #include <catch2/catch.hpp>
 #include <string>
 #include <utility>

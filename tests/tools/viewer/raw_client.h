@@ -33,7 +33,7 @@ class RawConnection {
   // std::runtime_error for what is no whole, well-formed answer. `to_head`: without a body, however long it says that
   // it is.
   std::optional<RawAnswer> read(bool to_head = false, std::chrono::milliseconds time = std::chrono::seconds(20));
-  // Whether the server closes the connection within that time; what it still sends is thrown away.
+  // Returns whether the server closes the connection within that time; what it still sends is thrown away.
   bool is_closed_within(std::chrono::milliseconds time);
   // Closes with a reset: what is on its way is lost.
   void reset();
@@ -46,7 +46,7 @@ class RawConnection {
   std::string unread_;
 };
 
-// What a browser asks for a file.
+// The request of a browser for a file.
 [[nodiscard]] std::string get_request(const std::string& path, int port, const std::string& more_headers = "");
 
 }  // namespace lumatlas

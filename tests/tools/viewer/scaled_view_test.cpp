@@ -73,7 +73,7 @@ TEST_CASE("a small picture has no holes where tiles are missing") {
   CHECK(std::count(holes.rgb.begin(), holes.rgb.end(), 0) == 3 * 20 * 8);
   const Photograph small = small_picture(stored, 24, there, 16);
   CHECK(small.rgb == std::vector<std::uint8_t>(3 * 24 * 18, 90));
-  // Where there is nothing at all, it stays.
+  // A pixel without any neighbour to fill it from stays.
   CHECK(small_picture(stored, 24, std::vector<std::uint8_t>(30, 0), 16).rgb == holes.rgb);
 }
 

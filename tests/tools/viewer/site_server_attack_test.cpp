@@ -62,7 +62,7 @@ class Attacked {
   [[nodiscard]] int port() const { return port_; }
   [[nodiscard]] const std::map<std::string, std::string>& files() const { return files_; }
 
-  // Whether the answer to a request for that path, with whatever range, is one that the file allows.
+  // Checks that the answer to a request for that path, with any range, is one that the file allows.
   void check_answer(const std::string& path, const RawAnswer& answer) const {
     CAPTURE(path, answer.status, answer.body.size());
     const std::string& file = files_.at(path);
@@ -325,7 +325,7 @@ TEST_CASE("what is no request for a file gets a short refusal") {
     CHECK(answer->status >= 400);
     CHECK(answer->status < 500);
     CHECK(answer->body.size() < 300);
-    // What follows is part of no request that the server understands.
+    // The rest belongs to no request that the server understands.
     CHECK(connection.is_closed_within(seconds(5)));
   }
   server.check_alive();

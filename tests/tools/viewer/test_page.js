@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What the pages of these tests share: they tell the server what they see, and wait for what is to happen.
+// Shared by the pages of these tests: they report to the server what they see, and wait for events.
 
 export const say = (name, body = '') => fetch('/said/' + name, {method: 'POST', body});
 

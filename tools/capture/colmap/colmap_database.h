@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What COLMAP keeps of photographs in its database.
+// Reads the photographs in COLMAP's database.
 #pragma once
 
 #include <cstdint>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What COLMAP's own output says of why it placed no photograph.
+// Finds in COLMAP's own output why it placed no photograph.
 #pragma once
 
 #include <cstddef>
@@ -7,8 +7,7 @@
 
 namespace lumatlas {
 
-// What a log of `colmap feature_extractor` says: of how many photographs it looked for features, and in how many it
-// found none.
+// The counts in a log of `colmap feature_extractor`: photographs that it searched for features, and those without any.
 struct FeatureCounts {
   std::size_t photographs = 0, without_features = 0;
 };

@@ -130,21 +130,21 @@ void ColmapProgram::run(const std::string& step, const fs::path& program, const 
                         std::size_t photographs, const ColmapProgress& progress) const {
   constexpr auto kBetweenLooks = std::chrono::milliseconds(200);
   constexpr std::streamoff kTail = 1 << 14;
-  const fs::path words = log(work_, step);
+  const fs::path log_file = log(work_, step);
   auto next_look = std::chrono::steady_clock::now();
   const auto look = [&] {
     if (std::chrono::steady_clock::now() < next_look) return;
     next_look = std::chrono::steady_clock::now() + kBetweenLooks;
-    const ColmapState state = colmap_state(last_bytes(words, kTail), photographs);
+    const ColmapState state = colmap_state(last_bytes(log_file, kTail), photographs);
     if (progress) progress(state.done, state.of);
   };
-  const int status = run_to_end({program, arguments, words, words}, look);
-  if (status == 0) return show_end(colmap_state(last_bytes(words, kTail), photographs), progress);
+  const int status = run_to_end({program, arguments, log_file, log_file}, look);
+  if (status == 0) return show_end(colmap_state(last_bytes(log_file, kTail), photographs), progress);
   const std::string how = status < 0 ? "was ended by signal " + std::to_string(-status)
                                      : "failed with exit status " + std::to_string(status);
-  const std::string said = last_told(last_bytes(words, kTail));
+  const std::string said = last_told(last_bytes(log_file, kTail));
   throw InputError(program.filename().string() + " " + arguments.front() + " " + how +
-                   (said.empty() ? "" : " and said '" + said + "'") + ": see " + words.string());
+                   (said.empty() ? "" : " and said '" + said + "'") + ": see " + log_file.string());
 }
 
 std::vector<ColmapProgram::ListedNames> ColmapProgram::lists_of(const std::vector<std::vector<std::string>>& lenses) {

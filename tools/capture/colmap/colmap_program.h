@@ -21,14 +21,14 @@ enum class Mapper {
 struct ColmapOptions {
   MatchingOptions matching;
   Mapper mapper = Mapper::incremental;
-  std::string camera_model = "SIMPLE_RADIAL";  // of every lens, by COLMAP's name, see lens_model(); no panorama
+  std::string camera_model = "SIMPLE_RADIAL";  // every lens's model, by COLMAP's name, see lens_model(); no panorama
   bool use_gpu = false;                        // COLMAP must have been built for one, and find it
 };
 
 // Throws std::invalid_argument naming the field, its value and the rule that it breaks.
 void check(const ColmapOptions& options);
 
-// Called with how many of all steps of a command are done, as COLMAP's own words tell.
+// Called with how many of all steps of a command are done, as COLMAP's log tells.
 using ColmapProgress = std::function<void(std::size_t done, std::size_t of)>;
 
 class ColmapProgram {
@@ -62,7 +62,7 @@ class ColmapProgram {
 
   [[nodiscard]] static std::filesystem::path database(const std::filesystem::path& work);
   [[nodiscard]] static std::filesystem::path reconstructions(const std::filesystem::path& work);
-  // Of "features", "matching" or "mapping".
+  // Returns the log of the step "features", "matching" or "mapping".
   [[nodiscard]] static std::filesystem::path log(const std::filesystem::path& work, const std::string& step);
 
  private:
@@ -92,7 +92,7 @@ class ColmapProgram {
 // #12 (3)" of it; 0 of 0: it says nothing yet. `photographs` is what the last one is out of.
 struct ColmapState {
   std::size_t done = 0, of = 0;
-  bool counts_places = false;  // of photographs that were placed, which need not become all
+  bool counts_places = false;  // counts placed photographs, which need not become all
 };
 [[nodiscard]] ColmapState colmap_state(const std::string& log, std::size_t photographs);
 

@@ -12,7 +12,7 @@
 namespace lumatlas {
 
 struct KnownPoses {
-  std::string form;                // of the scene, such as "Metashape"
+  std::string form;                // the scene's form, such as "Metashape"
   std::vector<WrittenView> views;  // photographs of the capture that have a pose
 };
 

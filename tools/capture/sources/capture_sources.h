@@ -11,12 +11,12 @@ namespace lumatlas {
 
 // All names are relative to `folder`, with '/', in byte order.
 struct CaptureSources {
-  std::filesystem::path given;           // as the user named it, for sentences
+  std::filesystem::path given;           // the user's name for it, for sentences
   std::filesystem::path folder;          // absolute; of a video, the folder that it lies in
   std::vector<std::string> photographs;  // that COLMAP reads as they are: JPEG, PNG, TIFF, WebP
   std::vector<std::string> converted;    // that it does not: HEIC, AVIF, and the raw forms of cameras
   std::vector<std::string> videos;
-  std::map<std::string, std::string> left_out;  // by name, why: the end of a sentence about the file
+  std::map<std::string, std::string> left_out;  // for each name the reason: the end of a sentence about the file
 };
 
 // Returns the name of the JPEG file that is made of a photograph in another form: "IMG_1.HEIC.jpg" of "IMG_1.HEIC".

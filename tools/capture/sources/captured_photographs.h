@@ -14,15 +14,16 @@ namespace lumatlas {
 struct CapturedPhotograph {
   std::string name;       // relative to the folder, with '/'
   std::string video;      // that it is a frame of, by name; empty: of none
-  CameraNote note;        // of its header; empty where that cannot be read, and of frames
+  CameraNote note;        // from its header; empty for a frame, or if that cannot be read
   std::string converted;  // the file that it was converted from, relative to the source folder; empty: it was not
 };
 
 struct CapturedPhotographs {
-  std::filesystem::path given;                  // what the user named, for sentences
-  std::filesystem::path source_folder;          // what the user named or, of a video, the folder around it; absolute
-  std::filesystem::path folder;                 // what COLMAP reads, absolute
-  std::vector<CapturedPhotograph> photographs;  // by name, in byte order; frames of a video are in order of time
+  std::filesystem::path given;  // the user's name for it, for sentences
+  std::filesystem::path
+      source_folder;             // the folder that the user named or, for a video, the folder around it; absolute
+  std::filesystem::path folder;  // the folder that COLMAP reads, absolute
+  std::vector<CapturedPhotograph> photographs;  // sorted by name, in byte order; frames of a video in order of time
 };
 
 [[nodiscard]] std::vector<std::string> names_of(const CapturedPhotographs& captured);

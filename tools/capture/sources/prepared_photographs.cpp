@@ -223,7 +223,7 @@ class Preparation {
   fs::path folder_;
   std::size_t most_frames_;
   const PreparationListener& listener_;
-  std::map<std::string, CapturedPhotograph> kept_;  // by name
+  std::map<std::string, CapturedPhotograph> kept_;  // for each name
   PreparedPhotographs result_;
 };
 

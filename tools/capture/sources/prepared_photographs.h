@@ -18,17 +18,17 @@ namespace lumatlas {
 struct CapturedVideo {
   std::string name;
   std::size_t frames = 0;  // that it has
-  std::size_t taken = 0;   // of these
+  std::size_t taken = 0;   // how many of these were taken
   double seconds = 0;      // 0: not known
   std::string damage;      // FFmpeg's words of it; empty: none
 };
 
 struct PreparedPhotographs {
   CapturedPhotographs captured;
-  std::vector<CapturedVideo> videos;            // by name
+  std::vector<CapturedVideo> videos;            // sorted by name
   double step = 0;                              // see FrameChoiceOptions; 0 without videos
   std::size_t converted = 0;                    // photographs of other forms
-  std::map<std::string, std::string> left_out;  // by name, why: the sources' and those that cannot be read
+  std::map<std::string, std::string> left_out;  // for each name the reason: the sources' and those that cannot be read
   bool made_anything = false;                   // false where an earlier run left all of it
 };
 
@@ -40,11 +40,11 @@ struct PreparationListener {
 // Returns whether COLMAP cannot read all sources as they are.
 [[nodiscard]] bool need_preparation(const CaptureSources& sources);
 
-// Makes the folder work/images of the sources, which COLMAP and every command read: links to photographs that COLMAP
-// reads as they are (copies, where the file system has no links), NAME.jpg of a converted photograph NAME, with what
-// its header says of camera and place, and VIDEO/FRAME.jpg of the frames that are taken of a video, `most_frames` of
-// all videos together at most. A photograph keeps its name whatever lies beside it, so that COLMAP's database stays
-// good when videos or other forms are added. What an earlier run left there of the same files is kept, also in
+// Makes the folder work/images from the sources; COLMAP and every command read it. It has links to photographs that
+// COLMAP reads as they are (copies, if the file system has no links); NAME.jpg for a converted photograph NAME, with
+// the camera and position of its header; and VIDEO/FRAME.jpg for the frames of a video, at most `most_frames` of all
+// videos together. A photograph keeps its name whatever lies beside it, so that COLMAP's database stays good when
+// videos or other forms are added. What an earlier run left there of the same files is kept, also in
 // earlier_photographs(), and so are motions of videos, in work/videos. Photographs that cannot be read are left out.
 // Throws InputError for a video that cannot be read and where fewer than two photographs are left, and Interrupted.
 [[nodiscard]] PreparedPhotographs prepare_photographs(const CaptureSources& sources, const std::filesystem::path& work,

@@ -62,7 +62,7 @@ std::optional<VideoMotion> read_motion(const fs::path& kept, const json& state) 
 void write_motion(const fs::path& kept, const json& state, const VideoMotion& motion) {
   json frames = json::array();
   for (const VideoFrame& frame : motion.frames) frames.push_back(frame_json(frame));
-  // Words of another program need not be UTF-8.
+  // The output of another program need not be UTF-8.
   const std::string damage = is_utf8(motion.damage) ? motion.damage : "damage";
   write_json(kept, {{"file", state}, {"side", kMeasuredSide}, {"damage", damage}, {"frames", std::move(frames)}});
 }

@@ -46,7 +46,7 @@ Mesh hilly_sheet(std::uint32_t quads) {
 
 struct Seconds {
   double wall = 1e30;
-  double processor = 1e30;  // of all threads together, which other programs on the machine disturb less
+  double processor = 1e30;  // all threads together, which other programs on the machine disturb less
 };
 
 template <typename Work>
@@ -91,7 +91,7 @@ int main(int argc, char** argv) {
   CLI::App program("Benchmark of lumatlas's cells: of a hilly sheet, the least of some repeats");
   program.option_defaults()->always_capture_default();
   lumatlas::Flags flags;
-  program.add_option("--faces", flags.faces, "About so many faces; splitting is timed up to a million")
+  program.add_option("--faces", flags.faces, "About how many faces; splitting is timed up to a million")
       ->check(CLI::Range(2u, 100000000u));
   program.add_option("--repeats", flags.repeats, "Times that cells are made")->check(CLI::Range(1u, 100u));
   program.add_flag("--shuffled", flags.shuffled, "Faces in random order, as no file has them");

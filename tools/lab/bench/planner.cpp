@@ -102,7 +102,7 @@ void print_head(const std::vector<std::uint32_t>& references) {
 // Erat et al. 2019, Table 2, left half.
 struct PaperRow {
   const char* name;
-  std::map<std::uint32_t, double> ms;  // by R
+  std::map<std::uint32_t, double> ms;  // for each R
 };
 const std::vector<PaperRow>& paper_rows() {
   static const std::vector<PaperRow> rows = {
@@ -205,11 +205,11 @@ void run_stream(const StreamFlags& flags) {
 }
 
 void add_time_command(CLI::App& program, TimeFlags& flags) {
-  CLI::App* command = program.add_subcommand("time", "What planning a view costs, 500 views of each surface at most");
+  CLI::App* command = program.add_subcommand("time", "Time of planning a view, 500 views of each surface at most");
   command->add_option("SCENE", flags.scenes, "COLMAP workspaces with a mesh");
   command
       ->add_option("--triangles", flags.millions,
-                   "Synthetic apartments of so many millions, once for each; with no SCENE either: 1.6, 6.1 and 10.3")
+                   "A synthetic apartment of this many millions; may be repeated; 1.6, 6.1 and 10.3 without a SCENE")
       ->allow_extra_args(false)
       ->check(number_between(0.03, 20));
   command->add_option("--references", flags.references, "R, references per cell, once for each")

@@ -29,10 +29,10 @@ struct PlanningScene {
 
 // A walk through the furnished apartment of `lumatlas synth`, its surfaces made uneven as those of scanned rooms are.
 struct ApartmentOptions {
-  std::uint32_t triangles = 1'600'000;  // of the mesh, within 1 %
+  std::uint32_t triangles = 1'600'000;  // the mesh's, within 1 %
   std::uint32_t views_per_lap = 500;    // >= 1
   std::uint32_t laps = 1;               // >= 1; views at the same place in their laps are close, but none is the same
-  std::uint32_t width = 640;            // of the photographs, pixels
+  std::uint32_t width = 640;            // the photographs', pixels
   std::uint32_t height = 480;
 };
 
@@ -40,13 +40,13 @@ struct ApartmentOptions {
 // one that SynthOptions allow, std::runtime_error if the furniture cannot be had with so few triangles.
 [[nodiscard]] PlanningScene make_planning_scene(const ApartmentOptions& options);
 
-// What one view of the stream took: milliseconds of wall time, if nothing else is said.
+// The times of one view of the stream: milliseconds of wall time, unless stated.
 struct PlannedTime {
   double visibility_ms = 0;
   double decision_ms = 0;
-  double cpu_ms = 0;  // of the whole of it, storing included, by all threads of this process: other work does not count
+  double cpu_ms = 0;  // the whole of it, storing included, in all threads of this process: other work does not count
   Decision decision = Decision::rejected;
-  std::uint64_t resident_bytes = 0;  // of this process, afterwards
+  std::uint64_t resident_bytes = 0;  // this process's, afterwards
 
   [[nodiscard]] double planning_ms() const { return visibility_ms + decision_ms; }
 };

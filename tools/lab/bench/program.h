@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What the main functions of the benchmark programs share: memory and exit codes as those of `lumatlas`.
+// Shared by the main functions of the benchmark programs: memory and exit codes as those of `lumatlas`.
 #pragma once
 
 #include <CLI/CLI.hpp>

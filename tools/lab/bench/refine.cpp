@@ -84,7 +84,7 @@ void run_exact(const ExactFlags& flags) {
   if (flags.json_output) std::cout << json_text({{"scenes", scenes}});
 }
 
-// What Erat et al. 2019, Table 2, took at two sizes; a tenth of it is the goal.
+// Returns the time of Erat et al. 2019, Table 2, for two sizes; a tenth of it is the goal.
 std::optional<double> paper_ms(double megapixels) {
   struct Known {
     double megapixels, ms;

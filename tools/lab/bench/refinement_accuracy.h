@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What refinement leaves of known errors: a disturbed synthetic scene is built, and what was stored compared with the
-// truth that comes with the scene.
+// Measures how much of known errors remains after refinement: builds a disturbed synthetic scene, and compares the
+// stored views with the truth that comes with the scene.
 #pragma once
 
 #include <cstdint>
@@ -28,15 +28,15 @@ struct ViewAccuracy {
   bool wrong = false;  // its given pose is plainly wrong
   Decision decision = Decision::rejected;
   std::optional<PoseError> pose;  // none: it was not stored
-  glm::dvec3 given_gain{1.0};     // by which its linear light is off before refinement,
-  glm::dvec3 stored_gain{1.0};    // and after it: all views the same is perfect
+  glm::dvec3 given_gain{1.0};     // factor by which its linear light is off before refinement
+  glm::dvec3 stored_gain{1.0};    // the same after refinement; perfect if all views have the same
   std::optional<Refinement> refinement;
 };
 
 // Pixels of the stored views.
 struct MaskAccuracy {
-  std::uint64_t hidden = 0;      // by a passer-by, in truth
-  std::uint64_t distrusted = 0;  // by the trust masks
+  std::uint64_t hidden = 0;      // hidden by a passer-by, in truth
+  std::uint64_t distrusted = 0;  // masked by the trust masks
   std::uint64_t both = 0;
 };
 

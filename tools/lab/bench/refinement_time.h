@@ -13,7 +13,7 @@ namespace lumatlas {
 
 struct RefinementTimes {
   std::size_t refined = 0;           // views
-  double megapixels = 0;             // of a photograph, mean
+  double megapixels = 0;             // a photograph's, mean
   double median_ms = 0, p95_ms = 0;  // NaN if no view was refined
 };
 

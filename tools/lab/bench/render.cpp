@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Benchmark of rendering: milliseconds a picture for so many references per cell, and what each step that is there for
-// speed, and each that costs some, changes of that, beside the straightforward loops over a cell's references and over
-// every stored view; with --load, milliseconds to load the next snapshot of a store in which one view has taken
-// another's place. Needs saved models only, no photographs. A table in Markdown goes to stdout; exit status as of
+// Benchmark of rendering: milliseconds a picture for several numbers of references per cell. It also measures each step
+// that is there for speed, and each that costs some, beside the straightforward loops over a cell's references and over
+// every stored view. With --load, it measures milliseconds to load the next snapshot of a store in which one view has
+// taken another's place. Needs saved models only, no photographs. A table in Markdown goes to stdout; exit status as of
 // lumatlas itself.
 #include <epoxy/gl.h>
 #include <CLI/App.hpp>
@@ -48,7 +48,7 @@ struct Flags {
   bool load = false;
 };
 
-// By cell, the stored views that see it, those with the most pixels on it first.
+// Returns for each cell the stored views that see it, those with the most pixels on it first.
 std::vector<std::vector<std::uint32_t>> views_of_cells(const Snapshot& model) {
   const Cells& cells = model.surface->cells;
   const auto visibility = make_ray_visibility(model.surface->mesh);
@@ -77,7 +77,7 @@ ReferenceTable at_most(const std::vector<std::vector<std::uint32_t>>& views, std
   return table;
 }
 
-// What other lumigraph renderers do: every cell tries every stored view.
+// Returns the references of other lumigraph renderers: every cell tries every stored view.
 ReferenceTable every_view(const Snapshot& model) {
   std::vector<std::uint32_t> all;
   for (std::uint32_t slot = 0; slot < model.views.size(); ++slot) {
@@ -110,8 +110,8 @@ constexpr bool of_one_copy(const Way& a, const Way& b) {
   return a.fading == b.fading && a.steps.join_cells == b.steps.join_cells;
 }
 
-// By way, what each picture took, each as often as it was repeated. One way after another for the same picture, so that
-// what else the machine does falls on all of them.
+// For each way, the times of the pictures, each as often as it was repeated. All ways draw the same picture one after
+// another, so that other work on the machine falls on all of them.
 using Times = std::array<std::vector<PictureTime>, kWays.size()>;
 
 Times time_ways(Renderer& renderer, const std::vector<Camera>& cameras, const Flags& flags) {
@@ -120,12 +120,12 @@ Times time_ways(Renderer& renderer, const std::vector<Camera>& cameras, const Fl
     if (first > 0 && of_one_copy(kWays[first - 1], kWays[first])) continue;
     BlendOptions blend;
     blend.border_width = kWays[first].fading ? flags.border_width : 0;
-    renderer.take_steps(kWays[first].steps);
+    renderer.set_options(kWays[first].steps);
     (void)time_picture(renderer, cameras.front(), blend);  // which sets up
     for (std::uint32_t repeat = 0; repeat < flags.repeats; ++repeat) {
       for (const Camera& camera : cameras) {
         for (std::size_t way = first; way < kWays.size() && of_one_copy(kWays[first], kWays[way]); ++way) {
-          renderer.take_steps(kWays[way].steps);
+          renderer.set_options(kWays[way].steps);
           blend.sampling = kWays[way].sampling;
           blend.supersample = kWays[way].supersample;
           times[way].push_back(time_picture(renderer, camera, blend));
@@ -152,7 +152,7 @@ double ratio(const std::vector<PictureTime>& times, const std::vector<PictureTim
 
 struct Row {
   std::string references;
-  double mean;  // of a cell
+  double mean;  // per cell
   Times times;
 };
 
@@ -242,9 +242,9 @@ void print_loads(const Loads& loads) {
             << percentile(loads.wall, 0.95) << " / " << percentile(loads.processor, 0.95);
 }
 
-// Of a renderer that draws a picture after each snapshot, as one that follows a store does. The first copies
-// everything, and after the second cells are not joined any more: these two are not counted.
-// A view that comes is a new one, also where an earlier snapshot had it: what the GPU still holds of it is of no use.
+// Measures a renderer that draws a picture after each snapshot, as one that follows a store does. The first snapshot
+// copies everything, and after the second cells are not joined any more: these two are not counted. A view that comes
+// is a new one, even if an earlier snapshot had it: the GPU's copy of it is of no use.
 Loads time_loads(const std::vector<std::vector<bool>>& kept, Snapshot model, const Flags& flags) {
   const std::vector<Camera> cameras = cameras_between_views(model, 1, {flags.width, flags.height});
   Renderer renderer;

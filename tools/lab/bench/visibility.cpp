@@ -160,7 +160,7 @@ int main(int argc, char** argv) {
   program.option_defaults()->always_capture_default();
   lumatlas::Flags flags;
   program.add_option("SCENE", flags.scenes, "COLMAP workspaces with a mesh; 60 evenly spaced views at most");
-  program.add_option("--sphere", flags.sphere_faces, "A bumpy sphere of about so many faces, seen from inside")
+  program.add_option("--sphere", flags.sphere_faces, "A bumpy sphere of about this many faces, seen from inside")
       ->allow_extra_args(false)
       ->check(CLI::Range(12u, 400000000u));
   program.add_option("--pixels", flags.pixels, "Longer side of the image")

@@ -16,7 +16,7 @@ struct SynthKindRow {
   const char* name;            // on the command line
   const char* description;     // in the help: what is in it
   SynthTrajectory trajectory;  // unless the options name another
-  // Everything depends on the seed alone but how finely the surfaces are cut: into about so many triangles.
+  // Makes the scene in about `triangles` triangles. Everything else depends on the seed alone.
   synth::Scene (*make)(std::uint64_t seed, std::uint32_t triangles);
 };
 

@@ -191,7 +191,7 @@ class Lab : private Furnisher {
     }
   }
 
-  // What stands in the middle of the room.
+  // Adds the island in the middle of the room.
   void island(dvec2 at) {
     const std::int32_t body = add(Pattern::wood, {dye() * 0.4F + 0.3F, dye() * 0.3F + 0.1F, vec3(0.1F)}, 1.2F);
     const std::int32_t top = add(Pattern::tiles, {tone(60, 66, 70), tone(90, 96, 100), dye()}, 0.2F);
@@ -223,7 +223,7 @@ class Lab : private Furnisher {
     sphere(at + dvec3(0.26, 0.078, 0.46), 0.065, earth);
   }
 
-  // By the east wall, with a front that mirrors a third of the light.
+  // Adds a cabinet by the east wall, with a front that mirrors a third of the light.
   void glossy_cabinet(dvec2 at) {
     const std::int32_t lacquer = add_glossy(Pattern::wood, {dye() * 0.5F, dye() * 0.3F, vec3(0.1F)}, 1.2F, 0.35F);
     box(at, 0, {0.5, 1.3, 1.15}, lacquer);

@@ -27,17 +27,17 @@ constexpr double kNearest = 0.4;       // scene units
 constexpr double kFarthest = 3.5;      // scene units
 constexpr double kLateralNoise = 0.8;  // standard deviation of where a pixel looks, of kColumns
 constexpr double kWindow = 9;          // pixels of kColumns that are matched together and so have their error in common
-constexpr float kLeastCosine = 0.26F;  // of the angle to the normal, 75 degrees
+constexpr float kLeastCosine = 0.26F;  // cosine of the angle to the normal, 75 degrees
 // The least share of the light that must come back: reflectance times cosine over squared distance. Black plastic of
 // reflectance 0.03 falls below it at 2.7 units straight ahead, a dark wall of 0.2 at 3.5 units and 76 degrees.
 constexpr float kLeastSignal = 0.004F;
 
 // The operator walks the loop three times, turning all the way: looking at the floor, level, and up.
 constexpr std::array<double, 3> kPitches{-0.7, -0.2, 0.3};  // radians
-constexpr std::uint32_t kFrames = 64;                       // of each loop
+constexpr std::uint32_t kFrames = 64;                       // frames of each loop
 constexpr double kTurns = 9;                                // in each loop: frames overlap by a quarter
 
-enum ScanUse : std::uint64_t { kScan = 0x7363616e, kAim, kAxial };  // what random numbers are for
+enum ScanUse : std::uint64_t { kScan = 0x7363616e, kAim, kAxial };  // uses of random numbers
 
 // Standard normal, smooth over windows of `window` >= 1 pixels: values on their grid, interpolated, at unit variance.
 double correlated_noise(std::uint64_t seed, const glm::dvec2& pixel, double window) {
@@ -102,11 +102,11 @@ double edges_per_area(const Mesh& mesh) {
 // The voxels' side for about `faces` faces, of which there are two at each edge of the grid that the surface crosses
 // where it was seen.
 double voxel_for_faces(const Mesh& surface, double faces) {
-  constexpr double kSeen = 0.7;  // of the surface, about
+  constexpr double kSeen = 0.7;  // share of the surface, about
   return std::sqrt(2 * kSeen * edges_per_area(surface) / faces);
 }
 
-// As many pixels as tell the voxels apart at a middling distance, and no more than the sensor has.
+// Returns cameras with enough pixels to tell the voxels apart at a middling distance, and no more than the sensor has.
 std::vector<Camera> sensor_cameras(const Scene& scene, double voxel) {
   constexpr double kMiddling = 2;  // scene units
   Scene route;
@@ -152,7 +152,7 @@ DepthImage depth_image(const Tracer& tracer, const Camera& camera, std::uint64_t
 Mesh scanned(const Scene& scene, const Tracer& tracer, const SynthOptions& options) {
   // Voxels cut flat and curved parts alike, edge collapses do not: for a few faces more voxels are worth their time.
   constexpr double kVoxelFaces = 8;          // per face that is asked for,
-  constexpr double kFewestVoxelFaces = 2e4;  // but at least so many,
+  constexpr double kFewestVoxelFaces = 2e4;  // lower limit of that number
   constexpr double kMostVoxelFaces = 2e6;    // and no more than are asked for beyond this
   const double asked = options.triangles;
   const double faces = std::max(asked, std::clamp(kVoxelFaces * asked, kFewestVoxelFaces, kMostVoxelFaces));

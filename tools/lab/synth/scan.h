@@ -19,8 +19,9 @@ namespace lumatlas::synth {
 [[nodiscard]] double axial_noise(double depth);
 
 // One depth image of `scene`, from where the camera is. Nothing is measured nearer than 0.4 or farther than 3.5, at
-// more than 75 degrees off the normal, on what shines by itself, and where too little of the sensor's own light comes
-// back: from afar, aslant, off dark surfaces, and off metal and gloss, which send it elsewhere.
+// more than 75 degrees off the normal, or on surfaces that shine by themselves. The same holds where too little of the
+// sensor's own light comes back: from afar, aslant, off dark surfaces, and off metal and gloss, which reflect it
+// elsewhere.
 [[nodiscard]] DepthImage depth_image(const Tracer& tracer, const Camera& camera, std::uint64_t seed);
 
 // 192 depth images from along the scene's walk, fused into a mesh of about options.triangles faces: of some more

@@ -106,7 +106,7 @@ glm::u8vec3 color_at(const Photograph& photo, const glm::dvec2& position) {
   return {photo.rgb[3 * pixel], photo.rgb[3 * pixel + 1], photo.rgb[3 * pixel + 2]};
 }
 
-// Whether what is written as the mesh is not the true surface.
+// Returns whether the written mesh is not the true surface.
 bool has_other_mesh(const SynthOptions& options) {
   return options.kind == SynthKind::lab || options.disturbances.of_mesh();
 }
@@ -155,7 +155,7 @@ nlohmann::json described(const Camera& camera, const synth::Disturbance& disturb
 void write_true_views(const std::filesystem::path& folder, const SynthOptions& options,
                       const std::vector<Camera>& cameras, std::uint64_t use, const synth::Tracer& tracer,
                       const std::function<void()>& photograph_done) {
-  constexpr std::uint32_t kPathsPerPhotographs = 4;  // of light, for a quarter of the noise's power
+  constexpr std::uint32_t kPathsPerPhotographs = 4;  // paths of light, for a quarter of the noise's power
   make_folder(folder);
   make_folder(folder / "images");
   make_folder(folder / "sparse");

@@ -19,8 +19,8 @@ namespace lumatlas {
 
 // Known errors, so that what a program makes of them can be measured exactly. Each is chosen by the seed, view by view.
 struct SynthDisturbances {
-  // Error of the written poses: a random turn and shift, by each half of it, that displace what the view sees by so
-  // many pixels (root mean square); [0, an eighth of the width]
+  // Error of the written poses: a random turn and a random shift, each causing half of the displacement in the view's
+  // picture. Root mean square of the displacement in pixels, [0, an eighth of the width].
   double pose_noise = 0;
   double exposure_noise = 0;       // EV, [0, 10]: the linear light is multiplied by 2^u, u uniform in [-EV, EV]
   double white_balance_noise = 0;  // EV, [0, 10]: the same for red and for blue, green stays
@@ -85,13 +85,13 @@ struct AreaLight {
 struct Gaze {
   enum class Heading { turning, ahead, fixed } heading = Heading::turning;
   double start = 0;              // heading at the beginning, from x towards y; nothing where it is ahead
-  double turns = 4;              // of a turning heading, along the way
+  double turns = 4;              // a turning heading's, along the way
   double swing = 0, swings = 0;  // to both sides of the heading, and how often along the way
   double level = -0.16;          // mean pitch: floors and tables matter more than ceilings
   double nod = 0.2, nods = 5;    // above and below that, and how often along the way
 };
 
-// Where a Hilbert curve leads: the parallelogram that it fills.
+// The parallelogram that a Hilbert curve fills.
 struct Flight {
   glm::dvec3 corner{0.0}, along{1, 0, 0}, aside{0, 1, 0};
   Gaze gaze;
@@ -103,7 +103,7 @@ struct Orbit {
   double height = 1;       // z of the cameras
 };
 
-// Where cameras of random poses are, as far as it is in the air, and how far up and down they look.
+// The region of cameras of random poses, restricted to the air, and how far up and down they look.
 struct Stay {
   glm::dvec3 low{0.0}, high{1.0};
   double lowest_pitch = -1, highest_pitch = 0.3;  // radians
@@ -123,7 +123,7 @@ struct Scene {
   Flight flight;
   Orbit orbit;
   Stay stay;
-  double clearance = 0.25;  // of cameras in flight, in orbit and at random places, scene units
+  double clearance = 0.25;  // least distance of cameras in flight, in orbit and at random places, scene units
   Tessellation geometry;
 };
 
@@ -131,7 +131,7 @@ struct Scene {
 // options.
 [[nodiscard]] Scene make_scene(const SynthOptions& options);
 
-// Two furnished rooms joined by a doorway. Of each kind, all but the tessellation depends on the seed alone.
+// Two furnished rooms joined by a doorway. For each kind, all but the tessellation depends on the seed alone.
 [[nodiscard]] Scene make_apartment(std::uint64_t seed, std::uint32_t triangles);
 // Streets of gabled houses and gardens round a market place, in the open; 60 units across, mostly diffuse.
 [[nodiscard]] Scene make_village(std::uint64_t seed, std::uint32_t triangles);

@@ -26,11 +26,12 @@ namespace {
 using glm::vec2;
 using glm::vec3;
 
-constexpr float kOffset = 2e-4F;    // rays start this far off the surface, scene units: above float noise at 10 units
-constexpr float kBrightest = 2.0F;  // of one path: lamps stay white, their edges and reflections stay smooth
+constexpr float kOffset = 2e-4F;  // rays start this far off the surface, scene units: above float noise at 10 units
+constexpr float kBrightest =
+    2.0F;  // the most light of one path: lamps stay white, their edges and reflections stay smooth
 constexpr float kNearestLight = 0.6F;  // lights are no nearer than this, scene units: else their frames are all noise
-constexpr float kNegligible = 1e-3F;   // of a light's part of white: no shadow ray
-constexpr std::uint64_t kSensor = 0x6e6f697365;  // what the sensor's random numbers are for
+constexpr float kNegligible = 1e-3F;   // a light's part of white that needs no shadow ray
+constexpr std::uint64_t kSensor = 0x6e6f697365;  // use of the sensor's random numbers
 
 EmbreeScene make_scene(RTCDevice device, const Mesh& mesh) {
   // Built by one thread: the order of a leaf's triangles decides which of two is hit on their common edge.
@@ -67,10 +68,10 @@ class PixelSamples {
   }
 
  private:
-  static vec2 wrapped(const vec2& v) { return {v.x < 1 ? v.x : v.x - 1, v.y < 1 ? v.y : v.y - 1}; }  // of [0, 2)
+  static vec2 wrapped(const vec2& v) { return {v.x < 1 ? v.x : v.x - 1, v.y < 1 ? v.y : v.y - 1}; }  // takes [0, 2)
 
   std::uint32_t count_;
-  std::vector<vec2> lattice_;  // of Fibonacci
+  std::vector<vec2> lattice_;  // Fibonacci lattice
   std::vector<vec2> points_;
 };
 
@@ -122,7 +123,7 @@ struct Bundle {
     float reach;  // steps
   };
   std::array<Ray, kLanes> rays;
-  std::uint32_t count = 0;  // of the rays
+  std::uint32_t count = 0;  // number of rays
 
   void add(std::uint32_t lane, const vec3& from, const vec3& step, float reach) {
     rays[count++] = {lane, from, step, reach};
@@ -235,15 +236,15 @@ class Surfaces {
   const Layer* visitor_;
 };
 
-// What a path of the camera or of a reflection has arrived at.
-struct Place {
+// The surface that a path of the camera or of a reflection has reached.
+struct PathEnd {
   Hit hit;  // no surface: nothing
   vec3 direction;
   vec3 color;
   vec3 n;  // unit, of the smooth shape, towards where the ray came from
   vec3 light{0.0F};
 };
-using Places = std::array<Place, kLanes>;
+using PathEnds = std::array<PathEnd, kLanes>;
 
 // The light along the paths of one photograph, `kLanes` paths of a pixel at a time.
 class Paths {
@@ -266,7 +267,7 @@ class Paths {
         rays.add(lane, vec3(eye.center()), vec3(glm::normalize(eye.ray(place))),
                  std::numeric_limits<float>::infinity());
       }
-      const Places seen = light_along(rays, random, first);
+      const PathEnds seen = light_along(rays, random, first);
       for (std::uint32_t lane = 0; lane < count; ++lane) sum += glm::min(seen[lane].light, vec3(kBrightest));
     }
     return sum / static_cast<float>(samples);
@@ -275,14 +276,14 @@ class Paths {
  private:
   [[nodiscard]] std::size_t moment() const { return kFirstLight + 2 * scene_.lights.size(); }
 
-  // Where the rays of a bundle end; light is that of what shines by itself.
-  [[nodiscard]] Places arrived(Bundle& rays) const {
+  // Returns the ends of a bundle's rays; `light` is that of surfaces that shine by themselves.
+  [[nodiscard]] PathEnds arrived(Bundle& rays) const {
     std::array<Hit, kLanes> hits;
     surfaces_.intersect(rays, hits);
-    Places places;
+    PathEnds places;
     for (std::uint32_t i = 0; i < rays.count; ++i) {
       const Bundle::Ray& ray = rays.rays[i];
-      Place& place = places[ray.lane];
+      PathEnd& place = places[ray.lane];
       place.hit = hits[ray.lane];
       if (place.hit.surface == nullptr) {
         if (scene_.sky) place.light = sky_color(*scene_.sky, ray.step);
@@ -298,15 +299,17 @@ class Paths {
     return places;
   }
 
-  static bool reflects(const Place& place) { return place.hit.surface != nullptr && place.hit.material->emission <= 0; }
-  static bool is_diffuse(const Place& place) { return reflects(place) && !place.hit.material->metal; }
+  static bool reflects(const PathEnd& place) {
+    return place.hit.surface != nullptr && place.hit.material->emission <= 0;
+  }
+  static bool is_diffuse(const PathEnd& place) { return reflects(place) && !place.hit.material->metal; }
 
   // Radiance along rays of the camera.
-  [[nodiscard]] Places light_along(Bundle& rays, const PixelSamples& random, std::uint32_t first) const {
-    Places places = arrived(rays);
+  [[nodiscard]] PathEnds light_along(Bundle& rays, const PixelSamples& random, std::uint32_t first) const {
+    PathEnds places = arrived(rays);
     add_diffuse(places, random, first);
     const std::array<vec3, kLanes> mirrored = reflections(places, random, first);
-    for (Place& place : places) {
+    for (PathEnd& place : places) {
       if (!reflects(place)) continue;
       const Material& material = *place.hit.material;
       const vec3& mirror = mirrored[static_cast<std::size_t>(&place - places.data())];
@@ -320,22 +323,22 @@ class Paths {
     return places;
   }
 
-  void add_diffuse(Places& places, const PixelSamples& random, std::uint32_t first) const {
+  void add_diffuse(PathEnds& places, const PixelSamples& random, std::uint32_t first) const {
     const std::array<vec3, kLanes> irradiance = direct(places, random, kFirstLight, first);
     const std::array<float, kLanes> share = openness(places, random, first);
     for (std::uint32_t lane = 0; lane < kLanes; ++lane) {
-      Place& place = places[lane];
+      PathEnd& place = places[lane];
       if (is_diffuse(place)) place.light = place.color * (irradiance[lane] + share[lane] * ambient(place.n));
     }
   }
 
-  // What glossy and metal surfaces mirror.
-  [[nodiscard]] std::array<vec3, kLanes> reflections(const Places& places, const PixelSamples& random,
+  // Returns the light that glossy and metal surfaces mirror.
+  [[nodiscard]] std::array<vec3, kLanes> reflections(const PathEnds& places, const PixelSamples& random,
                                                      std::uint32_t first) const {
     std::array<vec3, kLanes> light{};
     Bundle rays;
     for (std::uint32_t lane = 0; lane < kLanes; ++lane) {
-      const Place& place = places[lane];
+      const PathEnd& place = places[lane];
       if (!reflects(place) || (!place.hit.material->metal && place.hit.material->gloss <= 0)) continue;
       const vec3 step = in_lobe(place, random.point(kLobe, first + lane));
       if (glm::dot(step, place.hit.geometric_normal) > 0) {
@@ -345,11 +348,11 @@ class Paths {
       }
     }
     if (rays.count == 0) return light;
-    const Places others = arrived(rays);
+    const PathEnds others = arrived(rays);
     const std::array<vec3, kLanes> irradiance = direct(others, random, kFirstLight + scene_.lights.size(), first);
     for (std::uint32_t i = 0; i < rays.count; ++i) {
       const std::uint32_t lane = rays.rays[i].lane;
-      const Place& other = others[lane];
+      const PathEnd& other = others[lane];
       light[lane] = glm::min(other.light, vec3(kBrightest));
       if (!reflects(other)) continue;
       light[lane] = other.color * (irradiance[lane] + ambient(other.n));  // one bounce: no mirror in the mirror
@@ -357,7 +360,7 @@ class Paths {
     return light;
   }
 
-  static vec3 in_lobe(const Place& place, const vec2& square) {
+  static vec3 in_lobe(const PathEnd& place, const vec2& square) {
     const vec3 mirror = glm::reflect(place.direction, place.n);
     const vec2 disk = place.hit.material->roughness * in_disk(square);
     const vec3 helper = std::abs(mirror.z) > 0.7F ? vec3(1, 0, 0) : vec3(0, 0, 1);
@@ -370,7 +373,7 @@ class Paths {
   }
 
   // The share of ambient light that arrives: 1 in the open, less where surfaces are near.
-  [[nodiscard]] std::array<float, kLanes> openness(const Places& places, const PixelSamples& random,
+  [[nodiscard]] std::array<float, kLanes> openness(const PathEnds& places, const PixelSamples& random,
                                                    std::uint32_t first) const {
     std::array<float, kLanes> shares;
     shares.fill(1);
@@ -387,7 +390,7 @@ class Paths {
   }
 
   // Irradiance of the lights over pi: what a white diffuse surface would send out. 0 where there is none.
-  [[nodiscard]] std::array<vec3, kLanes> direct(const Places& places, const PixelSamples& random,
+  [[nodiscard]] std::array<vec3, kLanes> direct(const PathEnds& places, const PixelSamples& random,
                                                 std::size_t first_purpose, std::uint32_t first) const {
     std::array<vec3, kLanes> sums{};
     for (std::size_t i = 0; i < scene_.lights.size(); ++i) {
@@ -409,7 +412,7 @@ class Paths {
   }
 
   // The share of a light that `step` leads to, if nothing is in the way.
-  static vec3 arriving(const AreaLight& light, const Place& place, const vec3& step) {
+  static vec3 arriving(const AreaLight& light, const PathEnd& place, const vec3& step) {
     const float arriving = glm::dot(place.n, step);
     const float leaving = -glm::dot(glm::cross(light.edge_u, light.edge_v), step);  // times the light's area
     if (arriving <= 0 || leaving <= 0 || glm::dot(place.hit.geometric_normal, step) <= 0) return vec3(0.0F);
@@ -433,12 +436,13 @@ vec3 transmitted(const Exposure& exposure, const Camera& camera, std::uint32_t x
 // Normal distributions stand for the counts of photons and electrons: they are many.
 vec3 with_noise(const vec3& light, double noise, Random random) {
   if (noise == 0) return light;
-  constexpr double kMidGrey = 0.21586;             // linear light of sRGB 128
-  constexpr double kSlope = 1.055 / 2.4 * 2.4457;  // of sRGB over linear light there; kMidGrey^(1 / 2.4 - 1) = 2.4457
-  constexpr double kReadShare = 0.02;              // of the variance at mid grey: what is left of it in the dark
+  constexpr double kMidGrey = 0.21586;  // linear light of sRGB 128
+  constexpr double kSlope =
+      1.055 / 2.4 * 2.4457;            // slope of sRGB over linear light there; kMidGrey^(1 / 2.4 - 1) = 2.4457
+  constexpr double kReadShare = 0.02;  // share of the variance at mid grey that is left in the dark
   vec3 noisy;
   for (int channel = 0; channel < 3; ++channel) {
-    const double variance = kReadShare + (1 - kReadShare) * light[channel] / kMidGrey;  // of that at mid grey
+    const double variance = kReadShare + (1 - kReadShare) * light[channel] / kMidGrey;  // relative to that at mid grey
     const double deviation = noise / (255 * kSlope) * std::sqrt(variance);
     noisy[channel] = light[channel] + static_cast<float>(deviation * gaussian(random));
   }
@@ -563,10 +567,6 @@ std::optional<Sighting> Tracer::sighting_at(const Camera& camera, const glm::dve
 
 bool Tracer::sees(const glm::dvec3& from, const glm::dvec3& to, const Visitor* visitor) const {
   return implementation_->surfaces(visitor).free(vec3(from), vec3(to - from), 0.999F);
-}
-
-Photograph trace_photograph(const Scene& scene, const Camera& camera, std::uint32_t samples, std::uint64_t seed) {
-  return Tracer(scene).photograph(camera, samples, seed);
 }
 
 }  // namespace lumatlas::synth

@@ -18,7 +18,7 @@
 
 namespace lumatlas::synth {
 
-// What a camera makes of the light, before it is cut off at white and rounded to 8 bits.
+// Converts light to the camera's values, before they are cut off at white and rounded to 8 bits.
 struct Exposure {
   glm::vec3 gain{1.0F};  // factor of the linear light, per channel, > 0
   // The light is also multiplied by 1 - vignetting r^2 at the middle of a pixel, r being its distance from the
@@ -42,7 +42,7 @@ class Visitor {
   std::shared_ptr<const Body> body_;
 };
 
-// What a ray meets.
+// The point that a ray hits.
 struct Sighting {
   glm::vec3 point;
   glm::vec3 normal;  // unit, of the flat faces, towards where the ray came from
@@ -72,16 +72,12 @@ class Tracer {
   [[nodiscard]] std::optional<glm::dvec3> surface_at(const Camera& camera, const glm::dvec2& position) const;
   // The first surface that the ray meets, with what is there; it points into the scene.
   [[nodiscard]] std::optional<Sighting> sighting_at(const Camera& camera, const glm::dvec2& position) const;
-  // Whether nothing lies between two points, apart from the last 1e-3 of the way.
+  // Returns whether nothing lies between two points, apart from the last 1e-3 of the way.
   [[nodiscard]] bool sees(const glm::dvec3& from, const glm::dvec3& to, const Visitor* visitor = nullptr) const;
 
  private:
   class Implementation;
   std::unique_ptr<Implementation> implementation_;
 };
-
-// One photograph; for several, keep a Tracer.
-[[nodiscard]] Photograph trace_photograph(const Scene& scene, const Camera& camera, std::uint32_t samples,
-                                          std::uint64_t seed);
 
 }  // namespace lumatlas::synth

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Where the cameras of a synthetic scene stand and look.
+// Places and directs the cameras of a synthetic scene.
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
@@ -50,7 +50,8 @@ Camera camera_without_pose(const SynthOptions& options) {
 // A curve by its length, without those of its pieces that cannot be passed.
 class Way {
  public:
-  using Curve = std::function<dvec3(double)>;  // of the piece, counted from the beginning; also between whole numbers
+  using Curve =
+      std::function<dvec3(double)>;  // a point of the piece, counted from the beginning; also between whole numbers
   using Passable = std::function<bool(const dvec3&, const dvec3&)>;  // straight from one place to the other
 
   Way(Curve curve, std::size_t pieces, const Passable& passable = {}) : curve_(std::move(curve)) {
@@ -109,7 +110,7 @@ Camera camera_at(const Way& way, double distance, const Gaze& gaze, Camera camer
   return camera;
 }
 
-// What cameras pass: places that are clear of solids, with nothing between them.
+// Returns whether cameras can pass: places that are clear of solids, with nothing between them.
 Way::Passable clear_in(const Scene& scene, const Tracer& tracer) {
   return [&](const dvec3& from, const dvec3& to) {
     return is_free(scene, tracer, from, scene.clearance) && is_free(scene, tracer, to, scene.clearance) &&
@@ -129,7 +130,7 @@ std::vector<double> middles(const Way& way, const SynthOptions& options, const c
   return distances;
 }
 
-// The order of a curve of 4^order cells, each of which gets three views or more, if there are so many.
+// Returns the order of a curve of 4^order cells, each of which gets three views or more if there are enough views.
 std::uint32_t hilbert_order(std::uint32_t views) {
   std::uint32_t order = 1;
   while (order < kMostHilbertOrder && 3ULL << (2 * (order + 1)) <= views) ++order;
@@ -177,10 +178,10 @@ std::vector<Camera> cameras_on_orbit(const Scene& scene, const Tracer& tracer, c
 
 // ---- Random poses.
 
-// Whether most of the picture is surface that is not too near to be looked at.
+// Returns whether most of the picture is surface that is not too near to be looked at.
 bool sees_surface(const Tracer& tracer, const Camera& camera, double nearest) {
   constexpr int kGrid = 12;
-  constexpr double kLeast = 0.7;  // of the picture
+  constexpr double kLeast = 0.7;  // share of the picture
   int seen = 0;
   for (int y = 0; y < kGrid; ++y) {
     for (int x = 0; x < kGrid; ++x) {
@@ -207,7 +208,7 @@ Camera random_camera(const Scene& scene, const Tracer& tracer, Camera camera, Ra
   throw std::invalid_argument("scene: no random pose sees surface, in " + std::to_string(kAttempts) + " attempts");
 }
 
-enum PoseUse : std::uint64_t { kViews = 0x72616e64, kTests };  // of random poses
+enum PoseUse : std::uint64_t { kViews = 0x72616e64, kTests };  // uses of random numbers
 
 std::vector<Camera> random_cameras(const Scene& scene, const Tracer& tracer, const SynthOptions& options,
                                    std::uint32_t count, PoseUse use) {

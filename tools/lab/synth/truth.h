@@ -12,7 +12,7 @@
 
 namespace lumatlas {
 
-// What is true of a view of which the scene says something else.
+// The true camera and exposure of a view that the scene describes with errors.
 struct TrueView {
   Camera camera;
   glm::dvec3 gain{1.0};                       // that its photograph's linear light was multiplied by
@@ -20,7 +20,8 @@ struct TrueView {
   std::optional<std::filesystem::path> mask;  // picture that is white where a passer-by is
 };
 
-// By name of the view. `offset` is subtracted from camera positions, as by read_scene_views(). Throws InputError.
+// Returns the true views by name. `offset` is subtracted from camera positions, as by read_scene_views(). Throws
+// InputError.
 [[nodiscard]] std::map<std::string, TrueView> read_synthetic_truth(const std::filesystem::path& scene,
                                                                    const glm::dvec3& offset);
 

@@ -19,9 +19,9 @@ using glm::dvec2;
 using glm::dvec3;
 using glm::vec3;
 
-constexpr double kHalfVillage = 30;  // of the village's side
+constexpr double kHalfVillage = 30;  // half of the village's side
 constexpr double kAir = 26;          // height of the air that cameras may be in
-constexpr double kStreet = 11;       // of the streets' middles from the village's
+constexpr double kStreet = 11;       // distance of the streets' middles from the village's
 constexpr double kStreetHalf = 2.5;
 
 // The lines between streets and blocks, along x and y alike.

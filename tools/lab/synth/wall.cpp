@@ -20,7 +20,7 @@ using glm::dvec2;
 using glm::dvec3;
 using glm::vec3;
 
-constexpr double kHalfFront = 9;  // of the front's width
+constexpr double kHalfFront = 9;  // half of the front's width
 constexpr double kHeight = 11;
 constexpr double kFar = 9;        // how far before the front cameras may be
 constexpr double kReveal = 0.22;  // depth of the windows' niches
@@ -178,7 +178,7 @@ class Wall : private SceneBuilder {
     moulding(kHeight - 0.23, std::array{dvec2(0.08, 0.3), dvec2(0.1, 0.36)});
   }
 
-  // What is round an opening and in it.
+  // Adds the frame of an opening and what is in it.
   void trim(const Opening& o, bool door, bool gabled) {
     constexpr double kWide = 0.14;
     const dvec2 low = o.low - kWide;

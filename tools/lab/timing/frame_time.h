@@ -21,8 +21,8 @@ struct FrameSize {
 [[nodiscard]] std::vector<Camera> cameras_between_views(const Snapshot& model, std::size_t count,
                                                         const FrameSize& size);
 
-// Of one picture, milliseconds. A software driver's threads are this process's: with other work on the machine, the
-// processor's time is the figure to compare; on a GPU it says nothing.
+// The time of one picture, milliseconds. A software driver's threads belong to this process: with other work on the
+// machine, compare the processor's time. On a GPU it says nothing.
 struct PictureTime {
   double wall = 0, processor = 0;
 };
@@ -30,7 +30,7 @@ struct PictureTime {
 // From the call until the driver has finished.
 [[nodiscard]] PictureTime time_picture(Renderer& renderer, const Camera& camera, const BlendOptions& blend);
 
-// Of several pictures, milliseconds.
+// The time of several pictures, milliseconds.
 struct FrameTime {
   double wall = 0, processor = 0;          // medians
   double wall_p95 = 0, processor_p95 = 0;  // 95th percentiles

@@ -34,7 +34,7 @@ class Cutter {
         marked_(terminal_.size(), 0),
         distance_(terminal_.size(), 0) {
     for (std::size_t node = 0; node < terminal_.size(); ++node) {
-      terminal_[node] -= graph.to_sink[node];  // what flows straight through
+      terminal_[node] -= graph.to_sink[node];  // flow that goes straight through
       if (terminal_[node] == 0) continue;
       parent_[node] = kRoot;
       of_sink_[node] = terminal_[node] < 0 ? 1 : 0;
@@ -214,10 +214,10 @@ class Cutter {
 
   std::vector<Side> opposite_;
   std::vector<Capacity> residual_;
-  std::vector<Capacity> terminal_;       // what is left from the source, or below 0 to the sink
+  std::vector<Capacity> terminal_;       // the rest from the source, or below 0 to the sink
   std::vector<std::uint8_t> parent_;     // see above
   std::vector<std::uint8_t> of_sink_;    // the tree, of nodes that are not free
-  std::vector<Node> next_;               // of active nodes
+  std::vector<Node> next_;               // the next active node
   std::vector<std::uint32_t> marked_;    // when distance_ was right, at the latest
   std::vector<std::uint32_t> distance_;  // edges to the root
   std::deque<Node> orphans_;

@@ -2,9 +2,9 @@
 // The minimum cut of a graph whose nodes have four neighbours each, as tetrahedra have.
 //
 // Boykov and Kolmogorov, "An experimental comparison of min-cut/max-flow algorithms for energy minimization in vision",
-// 2004: a tree from the source and one from the sink grow until they meet, the flow of the path between them is raised,
-// and what the flow cuts off the trees is joined to them again. Four neighbours need no lists of edges, which takes a
-// tenth of the memory of a graph of any form.
+// 2004. A tree from the source and one from the sink grow until they meet. Then the flow of the path between them is
+// raised, and nodes that this cuts off the trees are joined to them again. Four neighbours need no lists of edges, so
+// this takes a tenth of the memory of a graph of any form.
 #pragma once
 
 #include <cstddef>

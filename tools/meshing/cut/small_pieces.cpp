@@ -12,7 +12,7 @@ RemovedPieces remove_small_pieces(TriangleSoup& soup, std::size_t fewest_faces) 
     pieces.union_set(face.x, face.y);
     pieces.union_set(face.x, face.z);
   }
-  std::vector<std::size_t> faces(soup.positions.size(), 0);  // of the piece whose representative the vertex is
+  std::vector<std::size_t> faces(soup.positions.size(), 0);  // faces of the piece whose representative the vertex is
   for (const glm::uvec3& face : soup.faces) ++faces[pieces.find_set(face.x)];
   RemovedPieces removed;
   for (const std::size_t count : faces) {

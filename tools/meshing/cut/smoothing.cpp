@@ -14,14 +14,14 @@ namespace lumatlas {
 namespace {
 
 constexpr int kRounds = 5;
-constexpr double kStep = 0.5;  // of the way to the middle of the neighbours
+constexpr double kStep = 0.5;  // share of the way to the middle of the neighbours
 
 using Edge = std::pair<std::uint32_t, std::uint32_t>;  // the lesser vertex first
 
 // The edges of a surface. A border edge belongs to one face, and its two vertices are border vertices.
 struct Neighbours {
   std::vector<Edge> edges;
-  std::vector<bool> is_border;  // by vertex
+  std::vector<bool> is_border;  // one per vertex
 };
 
 Neighbours neighbours_of(const TriangleSoup& surface) {

@@ -16,7 +16,7 @@
 namespace lumatlas {
 namespace {
 
-// What one pixel of the nearest view is wide at the point; 0 where no view saw it.
+// Returns the width of a pixel of the nearest view at the point; 0 if no view saw it.
 double pixel_width(const glm::dvec3& point, const std::vector<std::uint32_t>& seen_by, std::span<const Camera> views) {
   double least = std::numeric_limits<double>::infinity();
   for (const std::uint32_t view : seen_by) {

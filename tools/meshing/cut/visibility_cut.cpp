@@ -106,7 +106,7 @@ class VoteCounter {
   // A facet of the hull, and the infinite cell beyond it.
   struct HullFacet {
     std::array<Point, 3> corners;
-    CGAL::Orientation outside;  // of the corners and a point beyond the facet
+    CGAL::Orientation outside;  // orientation of the corners and a point beyond the facet
     std::uint32_t cell;
   };
 
@@ -122,7 +122,7 @@ class VoteCounter {
       const Point& apex = inner->vertex(inner->index(cell))->point();
       const auto corner = [&](int i) { return cell->vertex((infinite + i) & 3)->point(); };
       const CGAL::Orientation inside = CGAL::orientation(corner(1), corner(2), corner(3), apex);
-      // Cells of the hull that have no volume are seen by nobody.
+      // Cells of the hull that have no volume are seen by no view.
       if (inside != CGAL::COPLANAR) hull.push_back({{corner(1), corner(2), corner(3)}, -inside, cell->info()});
     }
     return hull;
@@ -140,7 +140,7 @@ class VoteCounter {
     return last;
   }
 
-  // Where the line crosses an edge or a vertex the two cells share no facet, and nothing is to be said.
+  // If the line crosses an edge or a vertex, the two cells share no facet, and nothing is added.
   void add_no_surface(Cell nearer_to_view, Cell nearer_to_point, const Point& p, const Point& view, double alpha_vis) {
     int facet = 0;
     if (!nearer_to_view->has_neighbor(nearer_to_point, facet)) return;
@@ -168,7 +168,7 @@ class VoteCounter {
 
   const Delaunay& tetrahedra_;
   std::vector<HullFacet> hull_;
-  double sigma_ = 0;  // of the point that is counted
+  double sigma_ = 0;  // the counted point's
   Votes votes_;
 };
 

@@ -44,7 +44,7 @@ void check(const CutOptions& options);
 
 // Returns the faces of the surface as indices into `points`, with normals towards the free side. `views`: for each
 // point, indices into `centers`, the camera centres. `deviations`: sigma of each point along its lines of sight, in the
-// unit of the points, > 0; empty: options.noise sets one sigma for all points. Of points at one place the first is
+// unit of the points, > 0; empty: options.noise sets one sigma for all points. If several points coincide, the first is
 // used. Returns no face for points in one plane and for points without views. The same input gives the same faces.
 // `progress` is called with the number of points counted since its last call; what it throws ends the work. Throws
 // std::invalid_argument for an option out of range, an index without a centre, a list of another length than `points`,

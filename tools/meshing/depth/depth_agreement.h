@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Whether depth images tell of the same surface: a wrong unit, wrong poses and images of another scene show here.
+// Tests whether depth images show the same surface, which reveals a wrong unit, wrong poses and images of another
+// scene.
 #pragma once
 
 #include <cstddef>
@@ -15,7 +16,7 @@ namespace lumatlas {
 struct DepthSamples {
   std::vector<glm::dvec3> positions;  // in the frame of the cameras
   std::vector<std::uint32_t> image;   // that it was measured in
-  std::vector<double> pixel_width;    // of its image at its depth, scene units
+  std::vector<double> pixel_width;    // a pixel of its image at its depth, scene units
   std::vector<double> depth;          // z in that image
   std::size_t measured = 0;           // pixels of all images
 };
@@ -24,7 +25,7 @@ struct DepthSamples {
 [[nodiscard]] DepthSamples sample_depths(std::size_t count, const DepthSource& image, std::size_t most,
                                          const std::function<void(std::size_t)>& progress);
 
-// Of the samples in the views of images that they are not from.
+// Counts of samples, looked up in the views of other images.
 struct DepthAgreement {
   std::size_t confirmed = 0;     // the image has that depth there
   std::size_t seen_through = 0;  // it has a larger one, as if nothing were there

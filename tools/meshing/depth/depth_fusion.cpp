@@ -31,12 +31,12 @@ constexpr std::size_t kVoxels = std::size_t{kSide} * kSide * kSide;
 constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
 
 struct Voxel {
-  float sum = 0;  // of weight times distance, in units of the truncation, in [-1, 1]; positive in the open
+  float sum = 0;  // sum of weight times distance, in units of the truncation, in [-1, 1]; positive in the open
   float weight = 0;
 };
 using Voxels = std::array<Voxel, kVoxels>;
 
-std::size_t index_in_block(const ivec3& v) {  // of v in [0, kSide)^3
+std::size_t index_in_block(const ivec3& v) {  // takes v in [0, kSide)^3
   return static_cast<std::size_t>((v.z * kSide + v.y) * kSide + v.x);
 }
 
@@ -130,10 +130,10 @@ void add_blocks_near(std::span<const DepthImage> images, const FusionOptions& op
   }
 }
 
-// So many voxels behind a surface are those that it is cut out between: a diagonal, and something for noise.
+// Voxels behind a surface that are needed to cut it out: a diagonal, and something for noise.
 constexpr double kNeeded = 2.5;
 
-// What one image says about the voxels of one block.
+// The update of one block's voxels from one image.
 class BlockUpdate {
  public:
   BlockUpdate(const DepthImage& image, const FusionOptions& options)
@@ -153,7 +153,8 @@ class BlockUpdate {
   }
 
  private:
-  // Whether a ball in the camera frame is out of view; balls that reach behind the camera are taken to be in view.
+  // Returns whether a ball in the camera frame is out of view. Balls that reach behind the camera are taken to be in
+  // view.
   [[nodiscard]] bool is_out_of_view(const dvec3& middle, double radius) const {
     if (middle.z + radius <= 0) return true;
     const double nearest = middle.z - radius;
@@ -177,8 +178,8 @@ class BlockUpdate {
     if (depth <= 0) return;
     const double cosine = image_.cosine.empty() ? 1.0 : double{image_.cosine[pixel]};
     const double distance = cosine * (depth - cam.z) * glm::length(cam) / cam.z;
-    // Along the ray no further than the truncation, but for what the eight voxels about a slanted surface need: further
-    // behind it there may be anything.
+    // Along the ray no further than the truncation, or than the eight voxels about a slanted surface need. The space
+    // further behind it is unknown.
     if (distance < -std::min(options_.truncation, std::max(cosine * options_.truncation, kNeeded * options_.voxel))) {
       return;
     }

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// A surface from depth images: they are averaged in a truncated signed distance volume (Curless, Levoy, "A volumetric
-// method for building complex models from range images", 1996) that exists near what was measured alone (Niessner et
-// al., "Real-time 3D reconstruction at scale using voxel hashing", 2013), and its zero set is cut out by surface nets
-// (Gibson, "Constrained elastic surface nets", 1998).
+// Makes a surface from depth images. They are averaged in a truncated signed distance volume (Curless, Levoy, "A
+// volumetric method for building complex models from range images", 1996). The volume exists near measured surface
+// alone (Niessner et al., "Real-time 3D reconstruction at scale using voxel hashing", 2013). Surface nets extract its
+// zero set (Gibson, "Constrained elastic surface nets", 1998).
 //
 // It is our own, because CGAL's meshers of implicit surfaces take functions that are known everywhere: they close what
 // no image has seen, and the holes of a scan are what it is wanted for here.
@@ -22,19 +22,20 @@ namespace lumatlas {
 struct DepthImage {
   Camera camera;
   std::vector<float> depth;  // z in the camera frame at the middle of each pixel, row by row; 0: not measured
-  // Of the angle between each pixel's ray and the normal of what it sees, [0, 1]. Distances are then taken along that
-  // normal, not along the ray: else what is only ever seen aslant would be out of the truncation's reach, and full of
-  // holes. A slanted pixel counts less, in proportion. Empty: all 1.
+  // Cosine of the angle between each pixel's ray and the normal of the surface there, [0, 1]. Distances are then taken
+  // along the normal, not along the ray: otherwise a surface that is only seen at a slant would be out of the
+  // truncation's reach, and full of holes. A slanted pixel counts less, in proportion. Empty: all 1.
   std::vector<float> cosine = {};
-  // By how much the depth grows from each pixel to the next, to the right and down: depths between the middles of
-  // pixels follow it. Empty: all 0.
+  // The growth of the depth from each pixel to the next, to the right and down, from which depths between the middles
+  // of pixels are found. Empty: all 0.
   std::vector<glm::vec2> slope = {};
 };
 
 struct FusionOptions {
   double voxel = 0.02;       // scene units, > 0
   double truncation = 0.05;  // how far from a measurement it says something, scene units, >= voxel
-  // A voxel says something where so many images at distance 1 have seen it; one at distance z counts 1 / z^2, > 0.
+  // A voxel has a value if at least this many images at distance 1 have seen it. An image at distance z counts 1 / z^2,
+  // > 0.
   double least_weight = 1;
   // Blocks of 512 voxels, 8 bytes each, >= 1: where the surface takes more, the voxels are made larger until it does
   // not, or it is refused.
@@ -44,7 +45,7 @@ struct FusionOptions {
 
 struct FusedSurface {
   TriangleSoup surface;
-  double voxel = 0, truncation = 0;  // as they were used
+  double voxel = 0, truncation = 0;  // the values that were used
   std::size_t blocks = 0;
 };
 
@@ -53,10 +54,10 @@ using DepthSource = std::function<DepthImage(std::size_t index)>;
 
 // Two triangles for each edge of the grid that the surface crosses between voxels that were seen; none without depths.
 // Faces look to where the cameras were. The mesh may be non-manifold where two sheets meet in one voxel: see
-// mesh/repair/repair.h. The same for any number of threads.
-// Throws std::invalid_argument naming the field, its value and the rule that it breaks, an image of the wrong size,
-// or a depth too far from the origin, more than 8 million voxels; InputError where max_blocks are too few and voxels
-// may not be enlarged; and what the source throws for the least index.
+// mesh/repair/repair.h. The same for any number of threads. Throws std::invalid_argument naming the field, its value
+// and the rule that it breaks, an image of the wrong size, or a depth more than 8 million voxels from the origin.
+// Throws InputError if max_blocks are too few and voxels may not be enlarged, and passes on the exception of the source
+// for the least index.
 [[nodiscard]] TriangleSoup fused(std::span<const DepthImage> images, const FusionOptions& options);
 
 // The same of images that are held a few at a time. `progress` is called with the number of images that have been read

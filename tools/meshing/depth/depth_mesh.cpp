@@ -25,12 +25,12 @@
 namespace lumatlas {
 namespace {
 
-// A voxel is so many pixels of a depth image wide at the middle depth: smaller ones would fall between measurements.
+// Width of a voxel in pixels of a depth image at the middle depth. Smaller ones would fall between measurements.
 constexpr double kVoxelPixels = 1.5;
 // A sensor's noise at a few metres is two or three of its pixels there.
 constexpr double kTruncationVoxels = 4;
 constexpr std::size_t kSamples = 200'000;
-constexpr std::size_t kFewestFaces = 100;  // of a piece that is not taken for noise
+constexpr std::size_t kFewestFaces = 100;  // fewest faces of a piece that is not taken for noise
 
 double median_of(std::vector<double> values) {
   return upper_median(values);
@@ -42,7 +42,7 @@ glm::dmat3 grid_from_scene() {
   return glm::mat3_cast(glm::normalize(glm::dquat(0.8, 0.3, -0.4, 0.33)));
 }
 
-// So that all is near the origin, and in the axes of the grid. Returns what was subtracted.
+// Moves all near the origin, into the axes of the grid. Returns what was subtracted.
 glm::dvec3 centre(SceneViews& scene) {
   glm::dvec3 offset;
   for (int axis = 0; axis < 3; ++axis) {
@@ -65,7 +65,7 @@ double spread(const std::vector<SceneDepth>& depths) {
   return farthest;
 }
 
-// Of what nothing hides from another image; 1 where there is no such thing.
+// Returns the confirmed share of the samples that nothing hides from another image; 1 if there are none.
 double confirmed_share(const DepthAgreement& agreement) {
   const std::size_t in_sight = agreement.confirmed + agreement.seen_through;
   return in_sight == 0 ? 1 : static_cast<double>(agreement.confirmed) / static_cast<double>(in_sight);
@@ -76,7 +76,7 @@ std::string unit_advice(const SceneDepth& first) {
          " units of the poses? --depth-unit says what it is";
 }
 
-// What shows that the unit or the poses cannot be right; empty: nothing does.
+// Returns the evidence that the unit or the poses cannot be right; empty: there is none.
 std::string contradiction(const SceneViews& scene, const DepthSamples& samples, const DepthAgreement& agreement) {
   constexpr double kAbsurdDistance = 300;  // in distances between cameras: no pixel would move from one to the other
   constexpr double kHardlyAny = 0.05;
@@ -118,7 +118,7 @@ FusionOptions fusion_options(const SceneMeshOptions& options, const DepthSamples
   return fusion;
 }
 
-// As points that the nearest photograph has seen, by which their distance from the surface is told in pixels.
+// Returns points that the nearest photograph has seen, by which their distance from the surface is measured in pixels.
 ScenePoints points_of(const DepthSamples& samples, const SceneViews& scene) {
   std::vector<std::uint32_t> nearest_view;
   for (const SceneDepth& depth : scene.depths) {

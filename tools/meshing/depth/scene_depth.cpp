@@ -16,7 +16,7 @@
 namespace lumatlas {
 namespace {
 
-constexpr double kLeastCosine = 0.1;  // of the angle to the normal, 84 degrees
+constexpr double kLeastCosine = 0.1;  // cosine of the angle to the normal, 84 degrees
 
 // Sizes that differ by less than a pixel from the same shape are of the same shape.
 void check_shape(const GreyImage& image, const SceneDepth& depth) {

@@ -140,7 +140,7 @@ CameraPath::CameraPath(std::vector<KeyFrame> keys) : keys_(std::move(keys)), spe
   for (std::size_t i = 1; i + 1 < keys_.size(); ++i) {
     const double before = keys_[i].time - keys_[i - 1].time;
     const double after = keys_[i + 1].time - keys_[i].time;
-    const double weight = before / (before + after);  // of what comes after: the shorter interval knows better
+    const double weight = before / (before + after);  // weight of the later interval: the shorter one knows better
     const Speed a = between(i - 1);
     const Speed b = between(i);
     speeds_[i] = {glm::mix(a.position, b.position, weight),

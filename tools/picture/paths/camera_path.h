@@ -11,7 +11,7 @@
 
 namespace lumatlas {
 
-// Where a camera stands, how it is turned, and how much it sees.
+// The position, orientation and field of view of a camera.
 struct Vantage {
   glm::dvec3 position{0.0};                       // scene units, the scene's offset subtracted
   glm::dquat cam_from_world{1.0, 0.0, 0.0, 0.0};  // unit; camera frame as in mesh/camera.h

@@ -119,7 +119,7 @@ dvec3 main_axis(const std::vector<WeightedPoint>& points, const dvec3& up) {
 }
 
 Ground ground_under(const Mesh& mesh, const dvec3& up) {
-  constexpr double kOutermost = 0.01;  // of the area, on each side
+  constexpr double kOutermost = 0.01;  // share of the area, on each side
   const std::vector<WeightedPoint> points = face_points(mesh);
   if (points.empty()) throw std::invalid_argument("tour: the mesh has no faces, must have at least one");
   Ground ground;
@@ -177,7 +177,7 @@ std::vector<Vantage> orbit_at(std::span<const Camera> stored, double depth, std:
 
 std::vector<Vantage> walk(std::span<const Camera> stored, double depth, std::size_t frames, double fov_deg) {
   require_views(stored);
-  constexpr double kLeastStep = 1e-3;  // so that cameras at one place still follow one another
+  constexpr double kLeastStep = 1e-3;  // cameras at one place still follow one another
   std::vector<KeyFrame> keys;
   for (const Camera& camera : stored) {
     KeyFrame key;

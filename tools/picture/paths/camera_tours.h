@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Paths that need no key frames: where a scene's own views were taken says where to fly. They may lead through walls
-// and past what nobody photographed.
+// Paths that need no key frames: they follow the places from which a scene's own views were taken. They may lead
+// through walls and past surfaces without photographs.
 //
 // `stored` are the cameras of a model's views, at least one (std::invalid_argument); `frames` >= 1; `depth` > 0 is how
 // far away from them the surface is typically, scene units; the field of view is that of Vantage.

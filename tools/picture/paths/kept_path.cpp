@@ -18,7 +18,7 @@ namespace {
 
 using glm::dvec3;
 
-// Where a camera stands and looks; its turn about that is left to `up`.
+// The position and direction of a camera; `up` fixes the turn about that direction.
 struct Gaze {
   dvec3 position, direction;
 };

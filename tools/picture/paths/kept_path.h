@@ -11,12 +11,12 @@
 
 namespace lumatlas {
 
-// A place is photographed, as seen from a camera, if a stored view that its cell refers to sees it from a direction at
-// most so far off, and from at most so many times as far: what is seen from behind, or from so near that it is a blur,
-// was not.
+// A surface point is photographed, as seen from a camera, if a stored view that its cell refers to sees it from a
+// direction at most this far off, and from at most this many times the distance. A point that was only seen from
+// behind, or from so far that the picture is a blur, does not count.
 inline constexpr double kPhotographedCosine = 0.5;  // 60 degrees
 inline constexpr double kPhotographedEnlargement = 2.5;
-// Of the median share of what the stored cameras see themselves: a picture with more is covered.
+// A picture is covered if its photographed share is more than this part of the median share of the stored cameras.
 inline constexpr double kCoveredShare = 0.6;
 
 // How much of the picture from there shows what was photographed, in [0, 1].
@@ -25,9 +25,9 @@ using PhotographedShare = std::function<double(const Vantage&)>;
 struct KeptPath {
   std::vector<Vantage> vantages;
   double covered_before = 0;  // share of the frames that are covered, as the path was given
-  double covered = 0;         // as it is now
+  double covered = 0;         // the path's present share
   std::size_t moved = 0;      // frames that are not where the path was given
-  double arc_deg = 360;       // of an orbit; less: it swings to and fro
+  double arc_deg = 360;       // an orbit's angle; less than 360: it swings to and fro
 };
 
 // A frame is covered if its share is at least kCoveredShare of the median share of what the `stored` cameras see

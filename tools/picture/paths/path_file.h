@@ -9,7 +9,7 @@
 
 namespace lumatlas {
 
-// What a key frame has that does not say.
+// The values of a key frame that does not state them.
 struct PathDefaults {
   glm::dvec3 offset{0.0};  // subtracted from every point: that of the model, since the file has the input's coordinates
   glm::dvec3 up{0, 0, 1};

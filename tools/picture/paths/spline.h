@@ -19,7 +19,7 @@ class Spline {
 
   [[nodiscard]] double length() const {
     return static_cast<double>(segments_);
-  }  // of the parameter's range [0, length)
+  }  // in the parameter's range [0, length)
   [[nodiscard]] glm::dvec3 at(double t) const;
   [[nodiscard]] glm::dvec3 derivative(double t) const;
 

@@ -33,15 +33,15 @@ std::optional<MeasuredLoss> compress_views_within(double max_loss_db, double ref
                                                   const TileOptions& compressed, Atlas& atlas, HeldOutLoss& measured,
                                                   const Visibility& visibility) {
   const TileOptions layout_before = atlas.layout();
-  const std::vector<SharedShownCells> before = atlas.cut_anew(compressed, shown_in(compressed, atlas, visibility));
+  const std::vector<SharedShownCells> before = atlas.retile(compressed, shown_in(compressed, atlas, visibility));
   try {
     const MeasuredLoss loss = measured.now({{}, reference_loss_db}, max_loss_db);
     if (loss.at_most_db() <= max_loss_db) return loss;
   } catch (const GlError&) {
-    atlas.cut_anew(layout_before, before);
+    atlas.retile(layout_before, before);
     throw;
   }
-  atlas.cut_anew(layout_before, before);
+  atlas.retile(layout_before, before);
   return std::nullopt;
 }
 

@@ -12,10 +12,10 @@
 
 namespace lumatlas {
 
-// Cuts the stored views as `compressed` says if the pictures lose at most so much for it, dB, by measurement, with
-// references given up too (see HeldOutLoss), and returns what they lose, only as exactly as it took to decide. None:
-// they stay as they are. `measured` must be able to tell. Throws GlError as it does; nothing was changed then. No other
-// thread may change the atlas or ask for its layout meanwhile.
+// Cuts the stored views by `compressed` if the pictures lose at most this many dB by measurement, with references given
+// up too (see HeldOutLoss). Returns the loss, only as exactly as it took to decide. None: they stay as they are.
+// `measured` must be able to tell. Throws GlError as it does; nothing was changed then. No other thread may change the
+// atlas or ask for its layout meanwhile.
 [[nodiscard]] std::optional<MeasuredLoss> compress_views_within(double max_loss_db, double reference_loss_db,
                                                                 const TileOptions& compressed, Atlas& atlas,
                                                                 HeldOutLoss& measured, const Visibility& visibility);

@@ -23,7 +23,7 @@ std::uint32_t side_of(std::uint32_t side, double share) {
   return std::clamp(static_cast<std::uint32_t>(std::lround(share * side)), 1u, side);
 }
 
-// What is masked beside depth edges is as much narrower as all else, but never narrower on the surface than it was.
+// Scales the masks beside depth edges with the photograph, without making them narrower on the surface than they were.
 ValidityOptions at_share(ValidityOptions validity, double share) {
   const auto narrowed = [&](std::uint32_t px) { return static_cast<std::uint32_t>(std::ceil(share * px)); };
   validity.edge_radius_px = narrowed(validity.edge_radius_px);

@@ -15,8 +15,8 @@ namespace lumatlas {
 // Throws std::invalid_argument unless it is in (0, 1].
 void require_share_of_sides(double share);
 
-// The stored views at any share of their sides, each made of what it was at first: filtering twice would blur twice.
-// Nobody else may change the atlas meanwhile, which must outlive this, as `visibility` must.
+// The stored views at any scale, each made from its original, because filtering twice would blur twice. The atlas must
+// not change otherwise meanwhile. It must outlive this object, as `visibility` must.
 class ScaledViews {
  public:
   ScaledViews(Atlas& atlas, const Visibility& visibility, const ValidityOptions& validity);
@@ -30,8 +30,8 @@ class ScaledViews {
   Atlas& atlas_;
   const Visibility& visibility_;
   ValidityOptions validity_;
-  double share_ = 1;                                      // of the sides, as the views are now; 0: of some
-  std::vector<std::shared_ptr<const StoredView>> views_;  // by slot
+  double share_ = 1;  // scale of the sides, as the views are now; 0: only some were scaled
+  std::vector<std::shared_ptr<const StoredView>> views_;  // one per view slot
 };
 
 // How the depth edges of views are masked that are downscaled by `scale`, (0, 1] (std::invalid_argument): as wide on
@@ -39,12 +39,12 @@ class ScaledViews {
 [[nodiscard]] ValidityOptions validity_at_scale(const ValidityOptions& validity, double scale);
 
 struct DownscaledViews {
-  double scale = 1;   // of a photograph's sides, the share that is kept
+  double scale = 1;   // scale of a photograph's sides
   MeasuredLoss loss;  // only as exactly as it took to decide; 0 at full resolution, whatever the references and texels
 };
-// As far as the pictures lose at most so much, dB, by measurement, with references given up too (see HeldOutLoss), but
-// not below `least`, in (0, 1] (std::invalid_argument); in eight steps. `measured` was made of the views as they are
-// now, and must be able to tell. Throws GlError as it does; nothing was changed then.
+// Downscales the views as far as the pictures lose at most this many dB by measurement, with references given up too
+// (see HeldOutLoss), but not below `least`, in (0, 1] (std::invalid_argument); in eight steps. `measured` was made of
+// the views as they are now, and must be able to tell. Throws GlError as it does, and has then changed nothing.
 [[nodiscard]] DownscaledViews downscale_views_within(double max_loss_db, double reference_loss_db, Atlas& atlas,
                                                      HeldOutLoss& measured, const Visibility& visibility,
                                                      const ValidityOptions& validity, double least);

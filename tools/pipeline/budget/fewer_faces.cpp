@@ -44,7 +44,7 @@ void put_under(const SeenSurface& seen, const std::vector<Camera>& turned_away, 
   }
 }
 
-// None where nothing would be left of the mesh, or nothing that can be cut into cells.
+// Returns nothing if no face would be left of the mesh, or none that can be cut into cells.
 std::optional<SurfaceInput> fewer_if_any(const SurfaceInput& input, const CellOptions& cells, const FaceOptions& faces,
                                          const std::vector<Camera>& cameras = {}) {
   try {
@@ -103,7 +103,7 @@ std::optional<MeasuredLoss> give_up_faces_within(const FaceLimits& limits, doubl
   fewer.visibility = make_visibility(*fewer.input.surface);
   put_under(fewer, turned_away, planner);
   std::swap(seen, fewer);  // whose views were of the one before
-  const auto take_back = [&] {
+  const auto undo = [&] {
     put_under(fewer, turned_away, planner);
     std::swap(seen, fewer);
   };
@@ -111,10 +111,10 @@ std::optional<MeasuredLoss> give_up_faces_within(const FaceLimits& limits, doubl
     const MeasuredLoss loss = measured.now({{}, reference_loss_db}, limits.max_loss_db);
     if (loss.at_most_db() <= limits.max_loss_db) return loss;
   } catch (const GlError&) {
-    take_back();
+    undo();
     throw;
   }
-  take_back();
+  undo();
   return std::nullopt;
 }
 

@@ -17,10 +17,10 @@
 
 namespace lumatlas {
 
-// With fewer faces where mesh and tables leave less of `budget_bytes` on the GPU than `photograph_bytes`: so that they
-// take what these leave, or about a quarter if that is more, but never fewer faces than four for each cell, for those
-// that are larger than a cell would be split again. Where that is too many, cells grow as faces get fewer, to four
-// times their size at most, unless `cells` has one. As it is where nothing would be left.
+// Reduces the faces if mesh and tables leave less of `budget_bytes` on the GPU than `photograph_bytes`. They then take
+// what the photographs leave, or about a quarter if that is more. At least four faces are kept for each cell, because
+// faces larger than a cell would be split again. Where that is too many, cells grow as faces get fewer, to four times
+// their size at most, unless `cells` has one. As it is where nothing would be left.
 [[nodiscard]] SurfaceInput with_room_for_photographs(const SurfaceInput& input, CellOptions cells,
                                                      std::uint64_t budget_bytes, std::uint64_t photograph_bytes);
 
@@ -31,10 +31,10 @@ struct SeenSurface {
 };
 using MakeVisibility = std::function<std::shared_ptr<const Visibility>(const Surface&)>;
 
-// Of give_up_faces_within().
+// The limits of give_up_faces_within().
 struct FaceLimits {
   double max_loss_db = 0;
-  double pixels = 0;  // of the stored views as they are now, that the surface may move by
+  double pixels = 0;  // distance that the surface may move by, in pixels of the stored views as they are now
   CellOptions cells;
 };
 

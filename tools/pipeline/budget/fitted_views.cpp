@@ -97,10 +97,10 @@ FittedViews fit_views(const GpuBudget& budget, double least, const Planner& plan
 // what the pixels say the next scale is.
 double largest_scale_with_room(double least, double room, const std::function<double(double)>& room_at) {
   constexpr int kMostTries = 6;
-  constexpr double kMostRoom = 1.05;  // of so much nothing more is sought
+  constexpr double kMostRoom = 1.05;  // with this much room the search ends
   constexpr double kClose = 0.01;
   double fits = 0, too_large = 1, scale = 1, margin = 0.01;
-  double most_room = room, roomiest = 1;  // where nothing fits, smaller photographs must at least take fewer tiles
+  double most_room = room, roomiest = 1;  // if nothing fits, smaller photographs must at least take fewer tiles
   for (int tries = 0; tries < kMostTries && too_large - fits > kClose; ++tries) {
     const double wanted = scale * std::sqrt(room) * (1 - margin);
     const bool between = fits < wanted && wanted < too_large;

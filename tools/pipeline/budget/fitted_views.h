@@ -18,20 +18,21 @@
 namespace lumatlas {
 
 struct FittedViews {
-  double scale = 1;                  // of a photograph's sides, the share that is kept
-  std::optional<MeasuredLoss> loss;  // none: nothing had to go, no view may be smaller, or nobody can tell
+  double scale = 1;                  // scale of a photograph's sides
+  std::optional<MeasuredLoss> loss;  // none: nothing had to go, no view may be smaller, or the loss cannot be measured
   std::string not_measured;          // why, where OpenGL failed
 };
-// Downscales all views that `planner` has stored by one factor, at least `least`, in (0, 1] (std::invalid_argument):
-// that of largest_scale_with_room() if pictures lose next to no PSNR by it (see HeldOutLoss) or nobody can tell, else
-// the one that they lose least by, in PSNR and structural similarity, once GpuBudget::fitted_snapshot() has left out
-// the tiles that do not fit. At a factor of 1 nothing was changed. Nobody else may change the atlas meanwhile.
+// Downscales all views that `planner` has stored by one factor, at least `least`, in (0, 1] (std::invalid_argument).
+// The factor is that of largest_scale_with_room() if pictures lose next to no PSNR by it, or if the loss cannot be
+// measured (see HeldOutLoss). Otherwise it is the one with the least loss, in PSNR and structural similarity, once
+// GpuBudget::fitted_snapshot() has left out the tiles that do not fit. A factor of 1 changes nothing. The atlas must
+// not change otherwise meanwhile.
 [[nodiscard]] FittedViews fit_views(const GpuBudget& budget, double least, const Planner& planner, Atlas& atlas,
                                     const Visibility& visibility, const ValidityOptions& validity, BuildStage& stage);
 
-// Nearly the largest scale in [`least`, 1) by which `room_at(scale)` is 1 or more. That is asked for at most six times,
-// and falls in steps, roughly with the scale's square; at 1 it is `room`, in (0, 1). Where nothing that was asked for
-// has that much, the largest scale of most room, 1 included.
+// Returns nearly the largest scale in [`least`, 1) for which `room_at(scale)` is 1 or more. Calls it at most six times;
+// it falls in steps, roughly with the scale's square, and is `room`, in (0, 1), at 1. If no call gave 1 or more,
+// returns the largest scale with the most, 1 included.
 [[nodiscard]] double largest_scale_with_room(double least, double room, const std::function<double(double)>& room_at);
 
 }  // namespace lumatlas

@@ -46,7 +46,7 @@ void GpuBudget::refuse(std::uint64_t least) const {
 }
 
 double GpuBudget::room_of_tiles(Atlas& atlas) const {
-  atlas.bound_tiles(0);
+  atlas.set_tile_limit(0);
   const GpuBytes bytes = count_.of(atlas.snapshot());
   const std::uint64_t others = bytes.sum() - bytes.photographs(), one = slot_bytes(atlas.layout());
   const std::uint64_t room = std::max(others < bytes_ ? bytes_ - others : 0, one);
@@ -57,7 +57,7 @@ double GpuBudget::room_of_tiles(Atlas& atlas) const {
 // the mesh takes less too, so that the sum rises faster than the tiles.
 Snapshot GpuBudget::fitted_snapshot(Atlas& atlas) const {
   constexpr int kMostTries = 8;
-  atlas.bound_tiles(0);
+  atlas.set_tile_limit(0);
   Snapshot best = atlas.snapshot();
   GpuBytes bytes = count_.of(best);
   if (bytes.sum() <= bytes_) return best;
@@ -73,7 +73,7 @@ Snapshot GpuBudget::fitted_snapshot(Atlas& atlas) const {
     const std::uint32_t wanted = between ? static_cast<std::uint32_t>(room) : fit + (too_many - fit + 1) / 2;
     const std::uint32_t tiles = std::max(slots_within(wanted * slot_bytes(layout), layout), 1u);
     if (tiles <= fit) break;
-    atlas.bound_tiles(tiles);
+    atlas.set_tile_limit(tiles);
     Snapshot next = atlas.snapshot();
     bytes = count_.of(next);
     if (bytes.sum() > bytes_) {

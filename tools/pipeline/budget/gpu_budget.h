@@ -20,11 +20,11 @@ class GpuBudget {
   GpuBudget(std::uint64_t bytes, const std::shared_ptr<const Surface>& surface, const TileOptions& layout,
             const std::filesystem::path& mesh_file);
 
-  // What the surface leaves for photographs, and for the tables that grow with them.
+  // The bytes that the surface leaves for photographs, and for the tables that grow with them.
   [[nodiscard]] std::uint64_t room() const { return bytes_ - of_surface_; }
 
-  // The bytes that mesh and tables leave, at least one tile's, divided by those of all tiles that the store's
-  // references ask for; >= 1: all fit, but for a few bytes. Lifts the store's bound on tiles.
+  // Returns the bytes that mesh and tables leave, at least one tile's, divided by those of all tiles that the store's
+  // references ask for. At >= 1 all fit, to within a few bytes. Lifts the store's bound on tiles.
   [[nodiscard]] double room_of_tiles(Atlas& atlas) const;
 
   // Bounds the store's tiles, so that its snapshot takes no more than the budget, counted as GpuByteCount does, and as

@@ -18,17 +18,17 @@ namespace lumatlas {
 
 namespace {
 
-// As many photographs are left out at once as by `--hold 8`: with fewer folds a store of the others would be too sparse
-// to stand for the whole one.
+// The folds leave out as many photographs at once as `--hold 8`. With fewer folds a store of the others would be too
+// sparse to stand for the whole one.
 constexpr std::size_t kFolds = 8;
-constexpr std::size_t kMostPictures = 12;   // of a fold
+constexpr std::size_t kMostPictures = 12;   // pictures of a fold
 constexpr std::size_t kFewestPictures = 4;  // in all, that a standard error can be told from
 constexpr std::size_t kLeastToDecide = 24;  // pictures
 constexpr double kErrorsToDecide = 4;       // standard errors; many, for pictures of a fold share its store
 constexpr double kPixelsInAll = kFolds * kMostPictures * 256 * 256;
-constexpr double kLeastSidePx = 256, kMostSidePx = 512;  // of a picture
-constexpr std::uint8_t kLeastTrust = 128;                // of StoredView::trust
-constexpr double kLeastShare = 0.2;                      // of a picture's pixels that must be comparable
+constexpr double kLeastSidePx = 256, kMostSidePx = 512;  // a picture's
+constexpr std::uint8_t kLeastTrust = 128;                // least StoredView::trust
+constexpr double kLeastShare = 0.2;                      // share of a picture's pixels that must be comparable
 constexpr double kMostPsnr = 78;                         // dB, so that equal pictures have one
 
 // The fractional parts of multiples of an irrational number are spread evenly however many they are.
@@ -69,7 +69,7 @@ MeasuredLoss loss_of(const std::vector<double>& losses) {
   return {mean, std::sqrt(squares / (count * std::max(count - 1, 1.0))), 0};
 }
 
-// Whether more pictures would hardly change on which side of the bound the loss is.
+// Returns whether more pictures would hardly change on which side of the bound the loss is.
 bool is_decided(const std::vector<double>& losses, double bound_db) {
   if (losses.size() < kLeastToDecide) return false;
   const MeasuredLoss loss = loss_of(losses);
@@ -166,8 +166,8 @@ void HeldOutLoss::load(Fold& fold, const GivenUp& given_up) {
   renderer_.load(store);
 }
 
-// As many tiles as the whole store keeps, for a picture from in between finds these around it, and of a share of the
-// fold's it would find fewer; but never quite all that the fold has, for something is given up.
+// Keeps as many tiles as the whole store keeps, because a picture in between finds that many around it, and would find
+// fewer of a share of the fold's tiles. It never keeps quite all tiles of the fold, because some are given up.
 void HeldOutLoss::keep_tiles(double share, Snapshot& store) const {
   TileTable& tiles = store.tiles;
   std::vector<SharedShownCells> shown;

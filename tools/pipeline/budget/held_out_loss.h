@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What a store loses when faces of its mesh are taken away, or its photographs compressed, downscaled or taken away, or
-// tiles of them, measured in pictures. The photographs are dealt into folds. Those of a fold are drawn from a store of
-// the others, as if they had never been offered, before and after: what is lost in them is what is lost in any picture
-// from in between. Only where no view is left to blend, the surface has the averaged colours of all.
+// Measures in pictures what a store loses when faces of its mesh are taken away, or when its photographs or tiles of
+// them are compressed, downscaled or taken away. The photographs are dealt into folds. Those of a fold are drawn from a
+// store of the others, as if they had never been offered, before and after. The loss in them is what any picture in
+// between loses. Where no view is left to blend, the surface has the averaged colours of all.
 #pragma once
 
 #include <cstddef>
@@ -24,25 +24,24 @@ namespace lumatlas {
 
 class HeldOutLoss {
  public:
-  // Draws from what `atlas`, which `planner` fills, holds now, with an OpenGL context of its own; all must outlive it.
-  // Throws GlError where there is none, or where it has no room for all views. Each fold that is drawn is a step of
-  // `stage`.
+  // Draws the present views of `atlas`, which `planner` fills, with an OpenGL context of its own; all must outlive it.
+  // Throws GlError if there is none, or if all views do not fit. Each fold that is drawn is a step of `stage`.
   HeldOutLoss(const Planner& planner, const Atlas& atlas, BuildStage& stage);
 
-  // Whether enough photographs show surface that others show too.
+  // Returns whether enough photographs show surface that others show too.
   [[nodiscard]] bool can_tell() const;
 
-  // What each fold's store gives up besides.
+  // The parts of a model that each fold's store gives up.
   struct GivenUp {
     std::optional<double> gap;     // views, as long as ThinningStep::gap stays within this, in [0, 1]
     double reference_loss_db = 0;  // references, for so much predicted loss: see Planner::give_up_references()
-    // Tiles, but for this share of those of the whole store, in (0, 1]: see planner/tile_choice.h. Near 1, where a fold
-    // has fewer than these, but for about that share of its own.
+    // Fraction of the full store's tiles to keep, in (0, 1]: 0.5 keeps half of them, see planner/tile_choice.h. A fold
+    // that has fewer tiles than that keeps about this fraction of its own.
     double tile_share = 1;
   };
-  // Of the views that the atlas holds now, in the slots that they were in then, and of its surface. With `bound_db`
-  // only of PSNR, and as exactly as it takes to know whether the loss is within it. Throws std::logic_error unless
-  // can_tell(), and for tiles of whole views, and GlError as above.
+  // Measures the views that the atlas holds now, in the view slots that they were in then, and its surface. With
+  // `bound_db` it measures PSNR alone, only as exactly as it takes to know whether the loss is within the bound. Throws
+  // std::logic_error unless can_tell(), and for tiles of whole views, and GlError as above.
   [[nodiscard]] MeasuredLoss now(const GivenUp& given_up, std::optional<double> bound_db = {});
 
  private:
@@ -50,13 +49,13 @@ class HeldOutLoss {
   struct Picture {
     Camera camera;
     Photograph photograph;             // its colours
-    std::vector<std::uint8_t> counts;  // by pixel, 1: it is compared
-    Scores whole;                      // of the whole store
+    std::vector<std::uint8_t> counts;  // one per pixel, 1: it is compared
+    Scores whole;                      // for the whole store
   };
   struct Fold {
     std::vector<std::uint32_t> absent;  // the slots of its views
-    std::vector<Picture> pictures;      // of some of them
-    std::vector<ThinningStep> order;    // of the other folds' views; empty until somebody asks
+    std::vector<Picture> pictures;      // some of its pictures
+    std::vector<ThinningStep> order;    // order of thinning the other folds' views; empty until it is needed
   };
   [[nodiscard]] static Picture picture_of(const StoredView& view, std::uint32_t side_px, std::size_t index);
   void deal(const std::vector<std::uint32_t>& slots);

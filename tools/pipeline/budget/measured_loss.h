@@ -5,9 +5,9 @@ namespace lumatlas {
 
 // In the mean over photographs; below 0: the pictures are better than before.
 struct MeasuredLoss {
-  double mean_db = 0;   // of PSNR
+  double mean_db = 0;   // PSNR
   double error_db = 0;  // standard error of the mean, >= 0
-  double ssim = 0;      // of structural similarity; 0 too where that was not measured
+  double ssim = 0;      // structural similarity; also 0 if it was not measured
   // Which the true loss seldom exceeds.
   [[nodiscard]] double at_most_db() const { return mean_db + error_db; }
 };

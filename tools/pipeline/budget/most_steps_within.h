@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// How far one can go within a bound, where each look takes long.
+// Finds how many steps stay within a bound, if each try takes long.
 #pragma once
 
 #include <algorithm>
@@ -9,12 +9,13 @@
 
 namespace lumatlas {
 
-// The most steps, fewer than `too_far`, that lose at most so much: all of them but fewer than `close_enough` (>= 1), or
-// as many as use up four fifths of the bound. loss_at(steps) rises with the steps, about as their square, which tells
-// where to look next; never near the ends of what is left, for it may be otherwise. 0 steps lose nothing.
+// Returns the most steps, fewer than `too_far`, that lose no more than the bound, to within `close_enough` (>= 1)
+// steps, or as many as use up four fifths of the bound. loss_at(steps) rises with the steps, about as their square,
+// from which the next try is chosen. It stays away from the ends of the interval, in case the loss rises otherwise. 0
+// steps lose nothing.
 [[nodiscard]] inline std::size_t most_steps_within(double max_loss_db, std::size_t too_far, std::size_t close_enough,
                                                    const std::function<double(std::size_t)>& loss_at) {
-  constexpr double kUsedUp = 0.8;  // of the bound
+  constexpr double kUsedUp = 0.8;  // share of the bound
   constexpr double kFarthest = 4;  // times as many steps as were tried last
   std::size_t fits = 0, guess = too_far / 2;
   while (too_far - fits > close_enough) {

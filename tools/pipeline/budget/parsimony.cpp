@@ -37,8 +37,8 @@ std::uint64_t gpu_bytes_of(const Snapshot& snapshot) {
   return GpuByteCount(snapshot.surface).of(snapshot).sum();
 }
 
-// What may be lost, dB, with all that was lost before it: first by compression and resolution, then by faces, then by
-// views. What one leaves, since its steps are coarse, goes to the next.
+// The losses that are allowed, dB, each with all that was lost before it: first by compression and resolution, then by
+// faces, then by views. Steps are coarse, so the rest of one bound goes to the next.
 struct LossBounds {
   double texels = 0;
   double faces = 0;
@@ -68,7 +68,7 @@ void give_up_texels(double max_loss_db, double reference_loss_db, Atlas& atlas, 
   result.texel_loss_db = downscaled.loss.mean_db;
 }
 
-// Of offered views, but outliers.
+// Returns the cameras of the offered views that were rejected, without outliers.
 std::vector<Camera> turned_away(const Stream& stream, const std::vector<PlannedView>& planned, const Atlas& atlas) {
   std::set<std::string> stored;
   for (std::uint32_t slot = 0; slot < atlas.capacity(); ++slot) {
@@ -82,7 +82,7 @@ std::vector<Camera> turned_away(const Stream& stream, const std::vector<PlannedV
   return cameras;
 }
 
-// As fine as photographs are now.
+// Gives up faces by the photographs' present resolution.
 void give_up_faces(double max_loss_db, double reference_loss_db, const Stream& stream,
                    const MakeVisibility& make_visibility, SeenSurface& seen, const Atlas& atlas, Planner& planner,
                    HeldOutLoss& measured, BuildResult& result) {
@@ -121,7 +121,7 @@ void give_up_within_loss(Planner& planner, Atlas& atlas, SeenSurface& seen, cons
   Parsimony& parsimony = *result.parsimony;
   parsimony.gpu_bytes = gpu_bytes_of(atlas.snapshot());
   const double bound_db = *result.effective.max_loss_db + result.options.max_texel_loss_db;
-  // Of the views that the stream has turned away, which can only be predicted.
+  // The loss by the views that the stream has rejected, which can only be predicted.
   const double turned_away_db = Pruning(planner).predicted_loss().loss_db;
   const double in_all = bound_db - turned_away_db;
   const LossBounds bounds{std::min(result.options.max_texel_loss_db, in_all),
@@ -143,7 +143,7 @@ void give_up_within_loss(Planner& planner, Atlas& atlas, SeenSurface& seen, cons
   const double of_texels_and_faces = result.face_loss_db != 0 ? result.face_loss_db : result.texel_loss_db;
   parsimony.loss_db = parsimony.measured ? turned_away_db + parsimony.measured->mean_db
                                          : parsimony.predicted.loss_db + of_texels_and_faces;
-  if (!result.options.tiles.whole_views()) atlas.choose_tiles_anew();  // of fewer views than were measured
+  if (!result.options.tiles.whole_views()) atlas.choose_tiles_anew();  // fewer views are left than were measured
 }
 
 }  // namespace lumatlas

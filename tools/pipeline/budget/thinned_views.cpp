@@ -26,7 +26,7 @@ ThinnedViews thin_views_within(double max_loss_db, double reference_loss_db, Pla
   };
   std::size_t fits = most_that_fit(order.size(), max_loss_db);
   thinned.loss = measured.now(without(fits));
-  if (fits > 0 && thinned.loss.mean_db > max_loss_db) {  // what few folds had said was wrong
+  if (fits > 0 && thinned.loss.mean_db > max_loss_db) {  // few folds had predicted less
     fits = most_that_fit(fits, {});
     thinned.loss = measured.now(without(fits));
   }

@@ -10,7 +10,7 @@
 
 namespace lumatlas {
 
-inline constexpr std::size_t kFewestJointPoints = 300;  // of each view
+inline constexpr std::size_t kFewestJointPoints = 300;  // points of each view
 inline constexpr std::uint32_t kAlwaysTogether = 400;   // views that are few enough, whatever they show
 
 // Returns what to tell where a solution for all views at once was PoseEstimate::too_large.

@@ -34,7 +34,7 @@ void polish_until_rest(Planner& planner, const BuildOptions& options, BuildStage
   }
 }
 
-// Of all views together.
+// Points of all views together.
 constexpr std::size_t kPointsTogether = 60000;
 // Each estimate is exact to first order only, and is made of photographs that the ones before have corrected. So the
 // first one that finds something need not be of all points.

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What is refined once the stream has ended: all stored views together, and the lenses that took them.
+// Refines all stored views together, and the lenses that took them, once the stream has ended.
 #pragma once
 
 #include <vector>

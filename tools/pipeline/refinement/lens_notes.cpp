@@ -54,7 +54,7 @@ std::string signed_text(double value, int decimals) {
   return (value < 0 ? "" : "+") + number_text(value, decimals);
 }
 
-// Of a correction what moves a corner by a tenth of a pixel or more.
+// Names the parts of a correction that move a corner by a tenth of a pixel or more.
 std::string terms_text(const LensCorrection& c, const Camera& camera) {
   constexpr double kWorthSaying = 0.1;
   std::string text;
@@ -78,7 +78,7 @@ std::string terms_text(const LensCorrection& c, const Camera& camera) {
   return text;
 }
 
-// What was estimated and not applied; nothing below half a pixel, which is what noise makes.
+// Names what was estimated and not applied, without parts below half a pixel, which noise causes.
 std::string left_as_given(const RefinedLens& lens) {
   constexpr double kWorthTelling = 0.5;
   const std::string terms = terms_text(lens.estimate.correction, lens.camera);

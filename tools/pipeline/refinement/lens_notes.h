@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What a build found wrong with lenses, as it stands in the model's notes, so that the photographs of the scene can be
-// undistorted as those in the model are.
+// The lens corrections of a build, kept in the model's notes so that the photographs of the scene can be undistorted as
+// those in the model are.
 #pragma once
 
 #include <nlohmann/json.hpp>

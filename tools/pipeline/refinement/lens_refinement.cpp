@@ -15,10 +15,11 @@ namespace lumatlas {
 
 namespace {
 
-// Of LensRefinement::seem_right().
+// Points for LensRefinement::seem_right().
 constexpr std::size_t kPointsForFirstLook = 4000;
 constexpr std::size_t kFewestPointsOfFirstLook = 100;
-// Of the residual, of a lens that is known to be wrong: what is left of its error improves less than all of it.
+// Improvement of the residual for a lens that is known to be wrong: the rest of its error improves it less than all of
+// it did.
 constexpr double kLeastFurtherImprovement = 0.003;
 
 double least_improvement(const RefinedLens& lens) {
@@ -82,7 +83,7 @@ const SceneView& LensRefinement::view_of(const std::string& name) const {
   return *std::find_if(views_.begin(), views_.end(), [&](const SceneView& view) { return view.name == name; });
 }
 
-// Whether the files of all photographs whose lens is to be corrected are there; warns where one is not.
+// Returns whether the files of all photographs whose lens is to be corrected are there; warns if one is not.
 bool LensRefinement::find_originals(const LensEstimates& estimates) {
   try {
     for (const LensEstimate& lens : estimates.lenses) {

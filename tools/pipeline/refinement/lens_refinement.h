@@ -29,10 +29,10 @@ class LensRefinement {
   // A look at few points, which is enough where no view had to move: whether it shows that no lens is wrong. Poses that
   // moved may have taken up most of what a lens gets wrong, and few points then do not show the rest.
   bool seem_right();
-  // Estimates the lenses from about so many points of all stored views together, and undistorts the photographs of
-  // those that are plainly wrong again. Returns whether there were any. Throws InputError for a photograph that cannot
-  // be read again. With `warn`, all files are looked at first: if one is gone or has another size now, lenses stay as
-  // they are from then on. Only damage to pixels, or a file that goes in that moment, still throws.
+  // Estimates the lenses from about `points` points of all stored views together, and undistorts again the photographs
+  // of those that are plainly wrong. Returns whether there were any. Throws InputError for a photograph that cannot be
+  // read again. With `warn`, all files are looked at first: if one is gone or has another size now, lenses stay as they
+  // are from then on. Only damage to pixels, or a file that goes in that moment, still throws.
   bool correct(std::size_t points);
 
  private:
@@ -48,7 +48,7 @@ class LensRefinement {
   bool lost_originals_ = false;
 };
 
-// What is told where a scene is watched, whose build goes on without files that are gone; empty where it is not.
+// Returns the warning for a watched scene, whose build goes on without files that are gone. Empty for other scenes.
 [[nodiscard]] LensRefinement::Warn warn_of(const BuildOptions& options);
 
 // Counts the stored views of each lens.

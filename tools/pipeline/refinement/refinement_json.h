@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What refinement did, as it stands in plan.json, in the summary of a build, and in its log.
+// The results of refinement for plan.json, for the summary of a build, and for its log.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>

@@ -7,9 +7,9 @@ namespace lumatlas {
 
 namespace {
 
-// Of all stored views together: half of what all poses are solved with once the stream has ended.
+// Points of all stored views together: half of the number with which all poses are solved once the stream has ended.
 constexpr std::size_t kPointsInStream = 30000;
-constexpr int kLastRounds = 2;  // of what earlier estimates of lenses left
+constexpr int kLastRounds = 2;  // rounds for the rest of errors after earlier estimates of lenses
 
 }  // namespace
 

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What RefineMode::all does while the stream goes on, so that what is stored next is compared with views that are
-// right.
+// The part of RefineMode::all that runs while the stream goes on, so that later views are compared with corrected ones.
 #pragma once
 
 #include <cstdint>
@@ -14,13 +13,14 @@
 
 namespace lumatlas {
 
-// As soon as 16 views are stored, and whenever half as many again have come, all of them are polished and their lenses
-// looked at, unless views rest and no lens seems wrong. If none is corrected, the poses of all are solved for together,
-// and the next look at lenses, with the polishing before it, waits for twice as many views. An estimate of a lens is
-// exact to first order only: if the last look corrected one, finish() polishes and looks again, at most twice.
+// When 16 views are stored, and whenever half as many again have come, all of them are polished and their lenses
+// estimated, unless views rest and no lens seems wrong. If no lens is corrected, the poses of all are solved for
+// together, and the next estimate of lenses, with the polishing before it, waits for twice as many views. An estimate
+// of a lens is exact to first order only: if the last one corrected a lens, finish() polishes and estimates again, at
+// most twice.
 class StreamRefinement {
  public:
-  // What the references name must outlive this object; `views` and `lenses` as for LensRefinement.
+  // The objects that the references name must outlive this object; `views` and `lenses` as for LensRefinement.
   StreamRefinement(Planner& planner, std::vector<SceneView>& views, std::vector<RefinedLens>& lenses,
                    const BuildOptions& options)
       : planner_(planner), lenses_(lenses), refinement_(planner, views, lenses, warn_of(options)), options_(options) {}
@@ -39,7 +39,7 @@ class StreamRefinement {
   const std::vector<RefinedLens>& lenses_;
   LensRefinement refinement_;
   const BuildOptions& options_;
-  std::uint32_t next_step_ = 16, next_look_ = 16;  // with so many stored views
+  std::uint32_t next_step_ = 16, next_look_ = 16;  // numbers of stored views
   bool has_corrected_ = false;                     // the last estimate of lenses that may correct any
 };
 

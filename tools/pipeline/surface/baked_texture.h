@@ -12,7 +12,7 @@
 
 namespace lumatlas {
 
-inline constexpr std::uint32_t kLeastTexturePx = 64, kMostTexturePx = 16384;  // of a base texture's side
+inline constexpr std::uint32_t kLeastTexturePx = 64, kMostTexturePx = 16384;  // texels along a base texture's side
 
 struct BakedTexture {
   BaseTexture texture;

@@ -47,9 +47,9 @@ std::vector<Camera> completion_cameras(const SceneViews& views, const std::vecto
 // The parts of a mesh and of the far sphere that views see.
 struct Outlook {
   FarSphere far;
-  std::vector<double> lacking;  // by camera: share of its pixels that see neither, masks left out of account
-  FrameShares shares;           // of the photographs' valid pixels
-  std::unique_ptr<Visibility> surface, beyond;  // of the mesh and of the far sphere, null if there is none
+  std::vector<double> lacking;  // one per camera: share of its pixels that see neither, without masked ones
+  FrameShares shares;           // shares of the photographs' valid pixels
+  std::unique_ptr<Visibility> surface, beyond;  // visibility of the mesh and of the far sphere, null if there is none
 };
 
 void add_shares(const std::vector<SmallPhotograph>& photographs, const Visibility& visibility, const Visibility* far,

@@ -52,11 +52,11 @@ struct CompletedSurface {
   std::vector<std::string> warnings;  // sentences: why the mesh was not changed as photographs say
 };
 
-// What complete_surface() would do to a mesh.
+// The changes that complete_surface() would make to a mesh.
 struct CompletionPlan {
   FrameShares shares;        // none added
   std::size_t to_match = 0;  // photographs that would be matched; 0: added surface can bring too little
-  std::size_t through = 0;   // of these, photographs that look through the mesh (points_through_mesh.h)
+  std::size_t through = 0;   // how many of these photographs look through the mesh (points_through_mesh.h)
   // Gain of PSNR over whole frames that added surface can bring at most (completion_gain.h), dB. None: the mesh lacks
   // too little to look, or photographs cannot be compared.
   std::optional<double> largest_gain_db;

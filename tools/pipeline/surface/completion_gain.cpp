@@ -71,7 +71,7 @@ double squared_error(const glm::vec3& a, const glm::vec3& b) {
 std::optional<glm::vec3> predicted_color(const std::vector<FrameLook>& looks, std::size_t own, std::size_t pixel) {
   const glm::dvec3 point = looks[own].point_at(pixel);
   const glm::dvec3 direction = glm::normalize(point - looks[own].center);
-  std::array<std::pair<double, const glm::vec3*>, kNearest> best{};  // by cosine, descending
+  std::array<std::pair<double, const glm::vec3*>, kNearest> best{};  // descending by cosine
   for (std::size_t other = 0; other < looks.size(); ++other) {
     if (other == own) continue;
     const glm::vec3* const color = looks[other].color_of(point);

@@ -22,10 +22,10 @@ namespace {
 constexpr double kSphereEdge = 0.08, kSphereCell = 0.17;
 constexpr std::size_t kMostGlimpses = 60;
 
-// What a small photograph shows past the surface.
+// The part of a small photograph that shows no surface.
 struct Glimpse {
   const SmallPhotograph& photograph;
-  std::vector<std::uint8_t> past;  // by pixel: 1 where neither it nor a neighbour shows the surface or is left out
+  std::vector<std::uint8_t> past;  // one per pixel: 1 where neither it nor a neighbour shows the surface or is left out
   glm::vec3 offset{0};             // how much brighter it is than the others on average
 };
 
@@ -106,7 +106,7 @@ const glm::vec3* color_at(const Glimpse& glimpse, const glm::dvec3& point) {
   return glimpse.past[pixel] != 0 ? &glimpse.photograph.color[pixel] : nullptr;
 }
 
-constexpr std::size_t kPoints = 16;  // of a face
+constexpr std::size_t kPoints = 16;  // points on a face
 
 // Returns the centroids of the 16 triangles that two quarterings of a face give.
 std::array<glm::dvec3, kPoints> points_on(const Mesh& mesh, const glm::uvec3& face) {

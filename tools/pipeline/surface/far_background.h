@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What photographs show past the mesh and agree to be far: the far sphere of mesh/far_sphere.h.
+// Finds what photographs show past the mesh and agree to be far: the far sphere of mesh/far_sphere.h.
 #pragma once
 
 #include <cstddef>
@@ -18,8 +18,8 @@ namespace lumatlas {
 // A photograph in a small size.
 struct SmallPhotograph {
   Camera camera;
-  std::vector<glm::vec3> color;     // by pixel, sRGB in [0, 255]: the mean of what it covers
-  std::vector<std::uint8_t> valid;  // by pixel, 1 or 0: all that it covers is the photograph's
+  std::vector<glm::vec3> color;     // one per pixel, sRGB in [0, 255]: the mean of what it covers
+  std::vector<std::uint8_t> valid;  // one per pixel, 1 or 0: all that it covers is the photograph's
 };
 
 // Returns a view's photograph in the size of `small`. All pixels of one that cannot be read are invalid.

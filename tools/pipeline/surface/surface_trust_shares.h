@@ -11,8 +11,8 @@ namespace lumatlas {
 // Shares, [0, 1], of the stored photographs' pixels that see the near surface.
 struct TrustShares {
   double within_1_px = 0;  // the surface's error shifts the pixel by at most 1 pixel, see shift_px()
-  double within_2_px = 0;  // by at most 2
-  double within_4_px = 0;  // by at most 4
+  double within_2_px = 0;  // share that is off by at most 2 pixels
+  double within_4_px = 0;  // share that is off by at most 4 pixels
   double measured = 0;     // the pixel's cell was measured, see SurfaceDeviation::measured
 };
 

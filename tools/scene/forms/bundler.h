@@ -9,7 +9,7 @@
 //   lens         f (1 + k1 p^2 + k2 p^4) p for p = -P / P.z, in pixels from the middle of the photograph
 //
 // A camera with f = 0 was not placed: it is left out and counted. The size of the photographs is not stated:
-// measured_size.h says what is assumed. Of the points, only their measurements in the photographs are read.
+// measured_size.h says what is assumed. Only the points' measurements in the photographs are read.
 //
 // Source: Snavely, "Bundler v0.4 User's Manual", section "Output format".
 #pragma once

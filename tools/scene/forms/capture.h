@@ -31,26 +31,27 @@ struct PosedPhotograph {
   glm::dquat cam_from_world_rotation{1, 0, 0, 0};  // unit; of lumatlas's camera, mesh/camera.h
   glm::dvec3 cam_from_world_translation{0.0};      // each within 1e12
   bool black_rim = false;                          // another program's undistortion may have left one
-  std::uint32_t id = 0;                            // of COLMAP's image, which its points name
+  std::uint32_t id = 0;                            // COLMAP's image number, which its points name
   std::optional<PanoramaFace> panorama = {};       // the file is a panorama, of which this is a view by the lens
   bool held_out = false;                           // its form names it among those that are for scoring
   std::string bad = {};  // why it cannot be used; lens and pose then mean nothing. See BadPhotographs
-  std::string named_by = {}, sized_by = {};  // what names it, and what says its size; empty: the form's file
+  std::string named_by = {},
+              sized_by = {};  // the file that names it, and the one that has its size; empty: the form's file
 };
 
 // Says how a reader treats a photograph whose record cannot be used, such as one with a focal length of NaN.
 enum class BadPhotographs {
   refuse,  // throw InputError
-  keep,    // as PosedPhotograph::bad
+  keep,    // sets PosedPhotograph::bad
 };
 
 // A picture of depths, z in the camera frame, beside the photographs.
 struct PosedDepth {
   std::filesystem::path file;  // relative to the scene's folder, which it does not leave; 16-bit, 0: not measured
   double unit = 0;             // world units that a stored 1 is, finite, > 0
-  // Of a picture of this shape, whose size may be another than the file's; passes check().
+  // The lens of a picture of this shape, whose size may be another than the file's; passes check().
   CameraModel lens = {};
-  glm::dquat cam_from_world_rotation{1, 0, 0, 0};  // as of a photograph
+  glm::dquat cam_from_world_rotation{1, 0, 0, 0};  // as for a photograph
   glm::dvec3 cam_from_world_translation{0.0};
   // A picture of the same size, relative to the scene's folder: where it is 0, the depth is not to be trusted.
   std::optional<std::filesystem::path> confidence = {};
@@ -59,7 +60,7 @@ struct PosedDepth {
 struct Capture {
   std::string form = {};  // such as "COLMAP", and the file that it was told by: see read_capture()
   std::filesystem::path file = {};
-  std::vector<PosedPhotograph> photographs = {};  // by name, in byte order; at least one, no name twice
+  std::vector<PosedPhotograph> photographs = {};  // sorted by name, in byte order; at least one, no name twice
   std::vector<PosedDepth> depths = {};
   std::optional<std::filesystem::path> points = {};  // a PLY, relative to the scene's folder
   std::vector<std::string> notes = {};               // sentences: what was assumed, what was left out
@@ -67,7 +68,7 @@ struct Capture {
   std::optional<GeoReference> georeference = {};     // none: the form says nothing of it
 };
 
-// Where the axes of a form's camera point.
+// The directions of a form's camera axes.
 enum class CameraAxes {
   right_down_forward,  // OpenCV, COLMAP, lumatlas
   right_up_backward,   // OpenGL, ARKit
@@ -92,7 +93,7 @@ void check_last_row(const std::array<double, 4>& row);
 // The folder of a capture, and how to read it.
 struct CaptureRequest {
   std::filesystem::path scene;                       // the folder
-  std::optional<std::filesystem::path> images = {};  // where the photographs are, if not where the form says
+  std::optional<std::filesystem::path> images = {};  // the photographs' folder, if not where the form says
   BadPhotographs bad = BadPhotographs::refuse;
 };
 

@@ -12,7 +12,7 @@ namespace lumatlas {
 
 struct CaptureForm {
   std::string name;                                // such as "COLMAP"
-  std::filesystem::path file;                      // what the form was told by
+  std::filesystem::path file;                      // the file that the form is recognised by
   Capture (*read)(const CaptureRequest& request);  // throws InputError
 };
 
@@ -20,7 +20,7 @@ struct CaptureForm {
 // bare trajectories. Never throws: what cannot be looked at is not there.
 [[nodiscard]] std::vector<CaptureForm> forms_in(const std::filesystem::path& scene);
 
-// What should be said where a folder has several forms; empty where it has not.
+// Returns a sentence about a folder with several forms, else an empty string.
 [[nodiscard]] std::string other_forms_note(const std::vector<CaptureForm>& forms);
 
 // The capture in the folder, by the first of its forms: each photograph is where this computer has it, and each full

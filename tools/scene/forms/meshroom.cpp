@@ -273,7 +273,7 @@ class MeshroomReader {
     });
   }
 
-  // Whether a pose is valid and has a place, not only a rotation.
+  // Returns whether a pose is valid and has a position, not only a rotation.
   [[nodiscard]] bool is_whole(const JsonPlace& pose) {
     unknown_.look_at(pose, kMeshroomPoseKeys);
     return (!pose.has("valid") || flag_in(pose.at("valid"))) &&
@@ -320,7 +320,7 @@ class MeshroomReader {
   const PhotographLookup& photographs_;
   const MeshroomVersion version_;
   ById intrinsics_, poses_, rigs_;
-  std::map<std::string, CameraModel> lenses_;  // of intrinsics that views have
+  std::map<std::string, CameraModel> lenses_;  // for intrinsics that views have
   UnknownKeys unknown_;
   std::size_t skipped_ = 0;
   Capture posed_;

@@ -33,7 +33,7 @@ struct Similarity {
   double scale = 1;
 };
 
-// Where in the file something is, for sentences.
+// The position of an element in the file, for sentences.
 struct XmlPlace {
   const fs::path& path;
   std::string where;
@@ -83,7 +83,7 @@ std::uint32_t size_in(const pugi::xml_node& resolution, const char* name, const 
   return static_cast<std::uint32_t>(*value);
 }
 
-// As adjusted, if there are others.
+// Returns the adjusted calibration if there are others.
 pugi::xml_node calibration_of(const pugi::xml_node& sensor) {
   const pugi::xml_node adjusted = sensor.find_child_by_attribute("calibration", "class", "adjusted");
   return adjusted ? adjusted : sensor.child("calibration");
@@ -165,7 +165,7 @@ Similarity similarity_of(const pugi::xml_node& transform, const XmlPlace& place)
   return result;
 }
 
-// Where something is in something else's coordinates, and how it is turned there.
+// The position and rotation of a frame in another frame.
 struct RigPose {
   glm::dmat3 rotation{1.0};
   glm::dvec3 center{0.0};
@@ -190,7 +190,8 @@ RigPose pose_of(const pugi::xml_node& transform, const XmlPlace& place) {
   return pose;
 }
 
-// Of a sensor in a rig, in the coordinates of the rig's master; without an offset it stands where the master does.
+// Returns the pose of a sensor in a rig, in the coordinates of the rig's master. A sensor without an offset stands
+// where the master does.
 RigPose pose_in_rig(const pugi::xml_node& sensor, const XmlPlace& place) {
   RigPose pose;
   if (const pugi::xml_node node = sensor.child("rotation")) {
@@ -283,7 +284,8 @@ class ChunkReader {
     return photograph;
   }
 
-  // Where several photographs have the camera's label, the one in a folder that is called as the camera's group is.
+  // If several photographs have the camera's label, this takes the one in a folder that has the name of the camera's
+  // group.
   [[nodiscard]] PosedPhotograph find_photograph(const std::string& label, const std::string& group) const {
     try {
       return photographs_.find(label);
@@ -317,7 +319,7 @@ class ChunkReader {
   const fs::path& path_;
   const PhotographLookup& photographs_;
   std::map<std::string, pugi::xml_node> sensors_;
-  std::map<std::string, CameraModel> lenses_;  // of sensors that cameras have
+  std::map<std::string, CameraModel> lenses_;  // for sensors that cameras have
   std::map<std::string, Similarity> components_;
   std::vector<pugi::xml_node> cameras_;  // in the order of the file
   std::map<std::string, pugi::xml_node> cameras_by_id_;

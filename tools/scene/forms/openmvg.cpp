@@ -39,8 +39,8 @@ constexpr auto kOpenMvgPoseKeys = std::to_array<std::string_view>({"rotation", "
 
 struct OpenMvgLens {
   std::string_view name;
-  std::string_view key;  // of the coefficients
-  std::size_t count;     // of these
+  std::string_view key;  // the coefficients' key
+  std::size_t count;     // how many there are
 };
 
 constexpr std::array kOpenMvgLenses{
@@ -214,7 +214,7 @@ class OpenMvgReader {
   CerealObjects objects_;
   std::map<std::string, std::pair<std::string, JsonPlace>> intrinsics_;  // type and data
   std::map<std::string, JsonPlace> extrinsics_;
-  std::map<std::string, CameraModel> lenses_;  // of intrinsics that views have
+  std::map<std::string, CameraModel> lenses_;  // for intrinsics that views have
   UnknownKeys unknown_;
   std::size_t skipped_ = 0;
   Capture posed_;

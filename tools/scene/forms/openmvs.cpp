@@ -46,7 +46,7 @@ class Archive {
     const std::span<const std::byte> taken = bytes(count(1));
     return {reinterpret_cast<const char*>(taken.data()), taken.size()};
   }
-  // Of a list whose entries have at least so many bytes.
+  // Reads the count of a list whose entries have at least `least_bytes` bytes.
   std::uint64_t count(std::uint64_t least_bytes) {
     const auto entries = take<std::uint64_t>();
     if (entries > rest_.size() / least_bytes) ends();
@@ -63,7 +63,7 @@ class Archive {
     for (int axis = 0; axis < 3; ++axis) result[axis] = take<double>();
     return result;
   }
-  glm::dmat3 matrix() {  // by rows
+  glm::dmat3 matrix() {  // rows one after the other
     glm::dmat3 result;
     for (int i = 0; i < 9; ++i) result[i % 3][i / 3] = take<double>();
     return result;
@@ -108,7 +108,7 @@ Pose take_pose(Archive& archive) {
 PlatformCamera take_camera(Archive& archive, std::uint32_t version) {
   PlatformCamera camera;
   (void)archive.text();                   // name
-  if (version > 3) (void)archive.text();  // of its band
+  if (version > 3) (void)archive.text();  // the band's name
   if (version > 0) {
     camera.width = archive.take<std::uint32_t>();
     camera.height = archive.take<std::uint32_t>();

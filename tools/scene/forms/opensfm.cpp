@@ -62,7 +62,7 @@ constexpr std::array kOpenSfmProjections{
     OpenSfmProjection{"equirectangular", ""},
 };
 
-// What to do about a lens that is not read.
+// The advice for a lens that is not read.
 constexpr const char* kOpenSfmUndistort = ": undistort the photographs (`opensfm undistort`) and read undistorted/";
 
 const OpenSfmProjection& projection_of(const JsonPlace& camera) {
@@ -261,8 +261,8 @@ class OpenSfmReader {
   const JsonPlace& reconstruction_;
   const fs::path& path_;
   const PhotographLookup& photographs_;
-  std::map<std::string, std::pair<JsonPlace, JsonPlace>> rigs_;  // of a shot: the rig instance, its rig camera's id
-  std::map<std::string, CameraModel> lenses_;                    // of cameras that shots have
+  std::map<std::string, std::pair<JsonPlace, JsonPlace>> rigs_;  // for each shot: the rig instance, its rig camera's id
+  std::map<std::string, CameraModel> lenses_;                    // for cameras that shots have
   UnknownKeys unknown_;
   std::size_t without_pose_ = 0;
   Capture posed_;

@@ -26,7 +26,7 @@ namespace lumatlas {
 
 struct PolycamFiles {
   std::filesystem::path cameras;                            // the folder, for sentences
-  std::vector<std::pair<std::string, std::string>> frames;  // of each camera its ID and its JSON
+  std::vector<std::pair<std::string, std::string>> frames;  // each camera's ID and its JSON
   std::filesystem::path mesh_info;                          // for sentences
   std::optional<std::string> mesh_info_text;
   std::set<std::string> depths = {};       // the IDs of those in keyframes/depth/

@@ -21,7 +21,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-using Matrix = std::array<double, 16>;  // by rows
+using Matrix = std::array<double, 16>;  // rows one after the other
 
 // Infinite values and those that are no numbers are taken too.
 Matrix matrix_of(std::string_view text, const fs::path& path) {

@@ -26,13 +26,13 @@ namespace lumatlas {
 struct ScanNetDepths {
   std::set<std::string> stems;           // N of each depth/N.png
   std::optional<std::string> intrinsic;  // the contents
-  ImageSize size;                        // of one of them
+  ImageSize size;                        // the size of one of them
 };
 
 struct ScanNetFiles {
   std::filesystem::path folder;                            // for sentences
   std::string intrinsic;                                   // the contents
-  std::vector<std::pair<std::string, std::string>> poses;  // of each photograph its name in color/ and its pose's text
+  std::vector<std::pair<std::string, std::string>> poses;  // each photograph's name in color/ and its pose's text
   std::optional<ScanNetDepths> depths = {};
 };
 

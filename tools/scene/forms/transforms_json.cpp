@@ -74,7 +74,7 @@ class Settings {
   JsonPlace frame_, all_;
 };
 
-// What is read, of a frame or of the whole file, beside the coefficients.
+// The keys that are read, in a frame or in the whole file, beside the coefficients.
 constexpr auto kReadKeys = std::to_array<std::string_view>({"frames",
                                                             "file_path",
                                                             "mask_path",
@@ -98,8 +98,8 @@ constexpr auto kReadKeys = std::to_array<std::string_view>({"frames",
                                                             "val_filenames",
                                                             "test_filenames"});
 
-// What changes nothing about these poses, lenses and pictures: how a program is to train, what it is to do to poses
-// first, what it found out on the way, and when.
+// The keys that change nothing about these poses, lenses and pictures: how a program should train, what it should do to
+// poses first, what it found out on the way, and when.
 constexpr auto kKeysOfNoConcern = std::to_array<std::string_view>({"aabb",
                                                                    "aabb_scale",
                                                                    "bounding_box",

@@ -16,9 +16,10 @@
 //                              FULL_OPENCV as OpenCV has them, with k5 and k6
 //   ply_file_path              points, in the coordinates of the poses
 //
-// What is not there is taken as usual: fl_y is fl_x, the principal point is the middle, w and h are the photograph's.
-// applied_transform, which led to these poses, is not undone: a mesh is in the coordinates of the poses, as the points
-// are. A coefficient of another lens is refused unless it is 0. Keys that are not known are told in a note.
+// Missing values have the usual defaults: fl_y is fl_x, the principal point is the middle, w and h are the
+// photograph's. applied_transform, which led to these poses, is not undone: a mesh is in the coordinates of the poses,
+// as the points are. A coefficient of another lens is refused unless it is 0. Keys that are not known are told in a
+// note.
 #pragma once
 
 #include <filesystem>
@@ -35,7 +36,7 @@ namespace lumatlas {
 struct TransformsLookup {
   // The path of a file with its ending, of one that may lack it.
   std::function<std::filesystem::path(const std::filesystem::path& file)> complete;
-  // Where w or h are missing: the size of the photograph, which has its name and file.
+  // Returns the size of the photograph, which has its name and file, where w or h are missing.
   std::function<ImageSize(const PosedPhotograph&)> size_of;
   BadPhotographs bad = BadPhotographs::refuse;
 };
@@ -47,8 +48,8 @@ struct TransformsLookup {
 
 // transforms.json in the folder `scene`, else Blender's transforms_train.json, if there is one.
 [[nodiscard]] std::optional<std::filesystem::path> find_transforms(const std::filesystem::path& scene);
-// Photographs are looked at for their endings, and for their sizes in `images` if it is given. Of Blender's files
-// those of transforms_test.json, or without it of transforms_val.json, are held out.
+// Photographs are looked at for their endings, and for their sizes in `images` if it is given. In Blender's captures
+// the photographs of transforms_test.json, or without it of transforms_val.json, are held out.
 [[nodiscard]] Capture read_transforms(const CaptureRequest& request);
 
 }  // namespace lumatlas

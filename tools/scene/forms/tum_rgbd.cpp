@@ -132,11 +132,11 @@ CameraModel lens_of_scene(const TumFiles& files, const ImageSize& size, Capture&
 }
 
 struct PosedFiles {
-  std::vector<PosedPhotograph> files;  // by name; without lenses
+  std::vector<PosedPhotograph> files;  // sorted by name; without lenses
   std::size_t without_pose = 0;        // others that the list names
 };
 
-// What a list of timestamps and files names, with the poses nearest in time.
+// Returns the files of a list with timestamps, with the poses nearest in time.
 PosedFiles posed_files(const std::string& text, const fs::path& list, const std::vector<TimedPose>& poses,
                        const fs::path& trajectory) {
   PosedFiles result;
@@ -161,7 +161,7 @@ PosedFiles posed_files(const std::string& text, const fs::path& list, const std:
 }
 
 void add_depths(const PosedFiles& found, const CameraModel& lens, Capture& posed) {
-  constexpr double kUnit = 1.0 / 5000;  // of TUM's files
+  constexpr double kUnit = 1.0 / 5000;  // the unit of TUM depth files
   for (PosedPhotograph depth : found.files) {
     depth.lens = lens;
     posed.depths.push_back(depth_with(depth, depth.file, kUnit));

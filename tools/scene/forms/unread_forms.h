@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What a folder holds that is no form of capture that this program reads.
+// Names a form of capture in a folder that this program does not read.
 #pragma once
 
 #include <filesystem>
@@ -7,9 +7,9 @@
 
 namespace lumatlas {
 
-// What to say after "PATH: holds no ...", beginning with "; ": the form that is there and is not read, with those that
-// are; else that photographs are there, and the command that finds out where they were taken. Empty where the folder
-// has neither. Never throws: what cannot be looked at is not there.
+// Returns what to say after "PATH: holds no ...", beginning with "; ". If the folder has a form that is not read, it
+// names that form and those that are read; else, if there are photographs, the command that finds their poses. Empty
+// where the folder has neither. Never throws: files that cannot be read count as missing.
 [[nodiscard]] std::string unread_form_hint(const std::filesystem::path& scene);
 
 // "PATH: holds no COLMAP model (...) and no transforms.json or other form of capture", with the hint.

@@ -41,7 +41,7 @@ struct NvmCamera {
 
 struct NvmModel {
   std::vector<NvmCamera> cameras;
-  std::vector<MeasuredExtent> extents;  // of each camera
+  std::vector<MeasuredExtent> extents;  // one per camera
   std::uint64_t points = 0;
 };
 
@@ -319,7 +319,7 @@ void refuse_or_keep_nvm(PosedPhotograph& photograph, BadPhotographs bad, const R
   }
 }
 
-// What is left out, and how many photographs that are.
+// Notes the models that are left out, and how many photographs they have.
 void note_other_models(Capture& posed, const std::vector<NvmModel>& models, const NvmModel& read) {
   std::size_t others = 0, in_others = 0, without_pose = 0;
   for (const NvmModel& model : models) {

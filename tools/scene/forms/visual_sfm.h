@@ -10,8 +10,8 @@
 //               the focal length, the camera sees (m (1 + r m^2), 1)
 //
 // No lens model has this inverse exactly: FULL_OPENCV's ratio of polynomials is fitted to it over the photograph, and a
-// photograph in which the fit is off by more than 0.1 pixels is refused. Of several models the one with the most
-// cameras is read, and a note says so. A model without points after one with points lists photographs without a pose:
+// photograph in which the fit is off by more than 0.1 pixels is refused. The model with the most cameras is read if
+// there are several, and a note says so. A model without points after one with points lists photographs without a pose:
 // they are left out and counted. The size of photographs is not stated: measured_size.h says what is assumed.
 //
 // Source: Wu, "VisualSFM: A Visual Structure from Motion System", its documentation, section "NVM file format".

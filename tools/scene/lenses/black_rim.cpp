@@ -9,7 +9,7 @@ namespace lumatlas {
 
 namespace {
 
-constexpr std::uint8_t kDarkest = 12;       // of a channel of what was 0 before JPEG coded it
+constexpr std::uint8_t kDarkest = 12;       // largest value of a channel that was 0 before JPEG coded it
 constexpr std::uint32_t kWidestShare = 10;  // a rim is at most one over this of the shorter side
 constexpr std::int64_t kDarkened = 2;       // pixels beside the rim that are a mixture with it
 

@@ -8,9 +8,10 @@
 
 namespace lumatlas {
 
-// True for each pixel of the rim: black (at most 12 of 255 in every channel, which is what JPEG makes of 0), connected
-// to the photograph's border through such pixels, and within a tenth of the shorter side of that border; and the two
-// pixels beside those, which the resampling and JPEG have darkened. A photograph without a rim gives all false.
+// Returns true for each pixel of the rim. A rim pixel is black (at most 12 of 255 in every channel, as JPEG codes 0),
+// connected to the photograph's border through such pixels, and within a tenth of the shorter side of that border. The
+// two pixels beside these, which resampling and JPEG have darkened, belong to the rim too. A photograph without a rim
+// gives all false.
 [[nodiscard]] std::vector<bool> black_rim(const Photograph& photograph);
 
 }  // namespace lumatlas

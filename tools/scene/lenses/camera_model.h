@@ -47,7 +47,7 @@ inline constexpr std::int32_t kLensModelCount = 20;
 // COLMAP's model of this number or name; none if COLMAP has no such model.
 [[nodiscard]] std::optional<LensModel> lens_model(std::int32_t colmap_id);
 [[nodiscard]] std::optional<LensModel> lens_model(std::string_view colmap_name);
-[[nodiscard]] std::string_view name(LensModel model);             // as COLMAP writes it, such as "OPENCV_FISHEYE"
+[[nodiscard]] std::string_view name(LensModel model);             // COLMAP's name, such as "OPENCV_FISHEYE"
 [[nodiscard]] std::size_t parameter_count(LensModel model);       // at most 16
 [[nodiscard]] std::string_view parameter_names(LensModel model);  // in order, such as "f, cx, cy, k"
 
@@ -79,9 +79,9 @@ void check(const CameraModel& lens);
 // This is false if the lens is a pinhole already, by its model or because every coefficient of its distortion is 0.
 [[nodiscard]] bool is_distorted(const CameraModel& lens);
 
-// Where the lens images a direction (of any length) of the camera frame; none behind the camera (z <= 0) and where the
-// model has no image of it. Beyond reach() the answer may lie on the wrong side of a fold.
-// Throws std::invalid_argument for a panorama.
+// Returns the pixel at which the lens images a direction (of any length) of the camera frame. None behind the camera (z
+// <= 0) and where the model has no image of it. Beyond reach() the answer may lie on the wrong side of a fold. Throws
+// std::invalid_argument for a panorama.
 [[nodiscard]] std::optional<glm::dvec2> image_from_cam(const CameraModel& lens, const glm::dvec3& cam);
 
 // The largest radius in the plane z = 1, up to `limit`, inside which the lens images different directions at different

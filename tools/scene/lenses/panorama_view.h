@@ -17,7 +17,7 @@ namespace lumatlas {
 
 // The panorama that a view is cut out of.
 struct PanoramaFace {
-  ImageSize size;                      // of the panorama, pixels
+  ImageSize size;                      // the panorama's, pixels
   glm::dmat3 panorama_from_view{1.0};  // rotates directions of the view's camera into the panorama's
 };
 

@@ -26,7 +26,7 @@ double largest_radius(const Camera& view) {
   return std::hypot(x, y);
 }
 
-// Where a pixel of a view finds its colour in the lens's photograph.
+// The position in the lens's photograph from which a pixel of a view takes its colour.
 class SourceOfPixel {
  public:
   SourceOfPixel(const CameraModel& lens, const Camera& view, const LensCorrection& correction = {})

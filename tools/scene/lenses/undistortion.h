@@ -13,11 +13,11 @@ namespace lumatlas {
 // axis to it; more would cost too much, since the border itself costs only its own pixels.
 inline constexpr double kLargestZoom = 1.1;
 
-// The pinhole camera, of identity pose, that photographs of this lens are undistorted to: same size and principal
-// point; the focal lengths are the lens's times one factor: the least in [1, kLargestZoom] for which every pixel of the
-// view lies inside the photograph, or 1 if there is none, which keeps the whole field of view and a border. A lens
-// without distortion keeps its focal lengths exactly. Throws std::invalid_argument as check(lens) does, for a panorama,
-// and for a lens that sees nothing of the view.
+// Returns the pinhole camera, of identity pose, that photographs of this lens are undistorted to. It has the same size
+// and principal point. Its focal lengths are the lens's times one factor: the least in [1, kLargestZoom] for which
+// every pixel of the view lies inside the photograph. If there is none, the factor is 1, which keeps the whole field of
+// view and a border. A lens without distortion keeps its focal lengths exactly. Throws std::invalid_argument as
+// check(lens) does, for a panorama, and for a lens that sees nothing of the view.
 [[nodiscard]] Camera pinhole_view(const CameraModel& lens);
 
 // `photograph`, of the lens's size, resampled bilinearly to `view`, which is pinhole_view(lens) with any pose. Pixels

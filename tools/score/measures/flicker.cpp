@@ -14,8 +14,8 @@ namespace lumatlas {
 namespace {
 
 // Inverse depth is linear over the picture of a plane, however steeply it is seen.
-constexpr float kBend = 0.02F;       // of inverse depth, over three pixels of one surface
-constexpr double kSamePoint = 0.01;  // of a point's depth from one frame to the next
+constexpr float kBend = 0.02F;       // share of inverse depth, over three pixels of one surface
+constexpr double kSamePoint = 0.01;  // share of a point's depth from one frame to the next
 
 std::vector<float> inverse_depths(const VisibilityBuffer& visible) {
   std::vector<float> inverse(visible.depth.size());
@@ -25,8 +25,8 @@ std::vector<float> inverse_depths(const VisibilityBuffer& visible) {
 
 constexpr std::size_t kMargin = 2;  // pixels that smoothing reaches to either side
 
-// Whether all pixels that smoothing mixes into this one, which is not near the picture's border, are inside the lens's
-// image: the others are black.
+// Returns whether all pixels that smoothing mixes into this one, which is not near the picture's border, are inside the
+// lens's image: the others are black.
 bool smoothed_from_valid(const Photograph& truth, std::size_t middle) {
   if (truth.valid.empty()) return true;
   for (std::size_t row = 0; row <= 2 * kMargin; ++row) {
@@ -74,7 +74,7 @@ std::vector<float> smoothed(const std::vector<float>& values, std::size_t stride
   return result;
 }
 
-// Of one channel; of no use within kMargin of the picture's border.
+// Returns the error of one channel; of no use within kMargin of the picture's border.
 std::vector<float> smoothed_error(const Photograph& rendering, const Photograph& truth, std::size_t channel) {
   std::vector<float> error(std::size_t{truth.width} * truth.height);
   for (std::size_t pixel = 0; pixel < error.size(); ++pixel) {
@@ -99,7 +99,7 @@ struct Taps {
   }
 };
 
-// None where a point in the camera's frame is behind it or not between the middles of four pixels.
+// Returns nothing for a point in the camera's frame that is behind it or not between the middles of four pixels.
 std::optional<Taps> taps_around(const Camera& camera, const glm::dvec3& cam) {
   if (!(cam.z > 0)) return std::nullopt;
   const glm::dvec2 at = camera.image_from_cam(cam) - 0.5;

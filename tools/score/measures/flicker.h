@@ -30,10 +30,10 @@ struct Flicker {
 // Takes the frames of a path one after another.
 class FlickerMeter {
  public:
-  // `visible` is what the camera sees at its own size, which the pictures have too (std::invalid_argument otherwise).
-  // A point is followed if it is the middle of a pixel that lies with those within two pixels on one smooth surface and
-  // inside the lens's image (truth.valid), and if the four pixels around it in the next frame do so too and are within
-  // 1 % of its depth there.
+  // `visible` is what the camera sees at its own size, which the pictures have too (std::invalid_argument otherwise). A
+  // point is followed if it is the middle of a pixel that lies, with all pixels within two of it, on one smooth surface
+  // inside the lens's image (truth.valid). The four pixels around it in the next frame must do so too, and be within 1
+  // % of its depth there.
   void add(const Camera& camera, const VisibilityBuffer& visible, const Photograph& rendering, const Photograph& truth);
 
   [[nodiscard]] Flicker flicker() const;

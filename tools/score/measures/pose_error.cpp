@@ -37,7 +37,7 @@ dvec3 moved(const RigidMotion& motion, const dvec3& point) {
   return motion.rotation * point + motion.translation;
 }
 
-// By a turn about the world's origin and a shift after it, from the derivative by the point.
+// Returns the derivative by a turn about the world's origin and a shift after it, from the derivative by the point.
 Vector6 by_motion(const dvec3& point, const dvec3& by_point) {
   const dvec3 by_turn = glm::cross(point, by_point);
   Vector6 result;

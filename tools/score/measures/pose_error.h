@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// How wrong cameras are, in pixels of what they see, against cameras that are known to be true.
+// Measures the errors of cameras against the true ones, in pixels of what they see.
 //
-// Where only the given poses tie the cameras to the mesh, refinement may move them all together, which no picture
-// shows. So errors are also measured after the one rigid motion of the world that brings the whole set closest to the
-// truth.
+// If only the given poses tie the cameras to the mesh, refinement may move them all together, which no picture shows.
+// So errors are also measured after the one rigid motion of the world that brings the whole set closest to the truth.
 #pragma once
 
 #include <glm/mat3x3.hpp>
@@ -34,9 +33,9 @@ struct PosePair {
   std::vector<glm::dvec3> points;  // that `truth` sees
 };
 
-// The motion whose before_motion() brings the measured cameras closest to the true ones: the least sum of the
-// distances, in pixels, between the points' images in both (distances, not their squares, so that a few lost cameras do
-// not drag the others along). No motion without points, or where the points leave it open.
+// Returns the motion whose before_motion() brings the measured cameras closest to the true ones: with the least sum of
+// the distances, in pixels, between the points' images in both. Distances, not their squares, so that a few lost
+// cameras do not drag the others along. No motion without points, or where the points leave it open.
 [[nodiscard]] RigidMotion common_motion(std::span<const PosePair> pairs);
 
 }  // namespace lumatlas

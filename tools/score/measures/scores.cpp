@@ -24,13 +24,13 @@ namespace {
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
-using LevelTable = std::array<std::uint8_t, 256>;  // what becomes of each 8-bit level
+using LevelTable = std::array<std::uint8_t, 256>;  // new value of each 8-bit level
 
 // All that the square error of any level table depends on: a gain treats equal levels equally, so the pictures need to
 // be read only once. Whole numbers: exact in any order of summation.
 struct LevelSums {
-  std::array<std::int64_t, 256> count{};      // of values in the rendering, by level
-  std::array<std::int64_t, 256> photo_sum{};  // of the photograph's values there
+  std::array<std::int64_t, 256> count{};      // values in the rendering, one per level
+  std::array<std::int64_t, 256> photo_sum{};  // sum of the photograph's values there
   std::int64_t photo_squares = 0;
 
   void add(std::uint8_t rendered, std::uint8_t photographed) {

@@ -30,11 +30,11 @@ struct Scores {
 [[nodiscard]] double psnr(const Photograph& rendering, const Photograph& photograph,
                           std::span<const std::uint8_t> mask);
 
-// Structural similarity, Wang et al. 2004: of luma (Rec. 601, not rounded), Gaussian window of 11x11 with sigma 1.5,
-// K1 = .01, K2 = .03, L = 255, population covariance. Pictures are continued beyond their borders by reflection, edge
-// pixel repeated, so every pixel has a value: the figure is the mean over the pixels that count, those near the border
-// included, so that both scores speak of the same pixels (scikit-image's own mean leaves out a border of 5 pixels; its
-// full map is this one). A window that reaches beyond the pixels that count spreads its weight over those that do: see
+// Structural similarity, Wang et al. 2004: of luma (Rec. 601, not rounded), Gaussian window of 11x11 with sigma 1.5, K1
+// = .01, K2 = .03, L = 255, population covariance. Pictures are continued beyond their borders by reflection, edge
+// pixel repeated, so every pixel has a value. The score is the mean over the pixels that count, including those near
+// the border, so that both scores cover the same pixels. scikit-image's own mean leaves out a border of 5 pixels; its
+// full map is the same. A window that reaches beyond the pixels that count spreads its weight over those that do: see
 // ssim.cpp.
 [[nodiscard]] double ssim(const Photograph& rendering, const Photograph& photograph,
                           std::span<const std::uint8_t> mask);

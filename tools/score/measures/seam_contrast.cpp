@@ -79,7 +79,8 @@ bool SeamMeter::neighbours(std::uint32_t a, std::uint32_t b) const {
   return adjacent_.contains(pair_of(a, b));
 }
 
-// Whether the run of pixels from `first` on shows one smooth surface and its cell changes in the middle and only there.
+// Returns whether the run of pixels from `first` on shows one smooth surface and its cell changes in the middle and
+// only there.
 bool SeamMeter::crosses_border(const VisibilityBuffer& visible, std::size_t first, std::size_t stride) const {
   const auto face = [&](std::size_t i) { return visible.face[first + i * stride]; };
   if (face(kBefore) == kNoFace || face(kBefore + 1) == kNoFace) return false;

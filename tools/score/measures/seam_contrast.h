@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Whether the borders of cells show in a rendering: see tools/score/README.md.
+// Measures how much the borders of cells show in a rendering: see tools/score/README.md.
 //
 // The error of a rendering, rendering less photograph, steps from each pixel to its neighbours. Blur, noise and wrong
 // poses make it step everywhere; where two cells show different photographs it steps more at their border than two
@@ -25,11 +25,11 @@ class SeamMeter {
   SeamMeter(const Mesh& mesh, const Cells& cells);
 
   // `visible` is what the camera sees of the mesh at the pictures' size (std::invalid_argument otherwise). Looks at
-  // each run of eight pixels along a row or a column, the first four in one cell and the others in another one, that
-  // show one smooth surface inside the lens's image: cells that share a vertex of the mesh, depths of neighbours that
-  // differ by at most 2 %, normals within 30 degrees of that of the pixel before the border. The step from the fourth
-  // to the fifth is across the border; those from the first to the second and from the seventh to the eighth are beside
-  // it.
+  // runs of eight pixels along a row or a column, the first four in one cell and the others in another one. A run
+  // counts if it shows one smooth surface inside the lens's image: cells that share a vertex of the mesh, depths of
+  // neighbours that differ by at most 2 %, normals within 30 degrees of that of the pixel before the border. The step
+  // from the fourth to the fifth is across the border; those from the first to the second and from the seventh to the
+  // eighth are beside it.
   void add(const VisibilityBuffer& visible, const Photograph& rendering, const Photograph& photograph);
 
   // S over all pictures, in 8-bit sRGB levels, root mean square over the channels; NaN if no border was looked at.

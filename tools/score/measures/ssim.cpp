@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Wang, Bovik, Sheikh, Simoncelli, "Image quality assessment: from error visibility to structural similarity", 2004.
 //
-// Windows over a mask: equations 14 to 16 of the paper take any weights that sum to 1, so a window that reaches beyond
-// the pixels that count keeps its Gaussian weights on those that do, divided by their sum: normalized convolution
-// (Knutsson and Westin, "Normalized and differential convolution", 1993). Gao et al., "Monocular dynamic view
-// synthesis: a reality check", 2022, mask SSIM the same way. Windows that lie wholly inside would leave thin parts and
-// rims without a value, and SSIM would then speak of fewer pixels than PSNR.
+// Windows over a mask: equations 14 to 16 of the paper take any weights that sum to 1. So a window that reaches beyond
+// the pixels that count keeps its Gaussian weights on those that do, divided by their sum. This is normalized
+// convolution (Knutsson and Westin, "Normalized and differential convolution", 1993). Gao et al., "Monocular dynamic
+// view synthesis: a reality check", 2022, mask SSIM the same way. Windows that lie wholly inside would leave thin parts
+// and rims without a value, and SSIM would then speak of fewer pixels than PSNR.
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Where a rendering differs from the photograph, as a picture: dark is right, bright is wrong.
+// Draws the difference between a rendering and the photograph: dark is right, bright is wrong.
 #pragma once
 
 #include <array>

@@ -17,7 +17,7 @@
 
 namespace lumatlas {
 
-// What one method made of one held-out view. Paths are relative to the page, with '/'; empty: no such picture.
+// The result of one method for one held-out view. Paths are relative to the page, with '/'; empty: no such picture.
 struct ReportRendering {
   ViewScores scores;
   std::string picture;          // the frame as `lumatlas render` shows it
@@ -26,7 +26,7 @@ struct ReportRendering {
   std::string aligned_error;    // error_picture of that
 };
 
-// What the build did to one photograph, see planner/refinement/alignment.h.
+// The changes that the build made to one photograph, see planner/refinement/alignment.h.
 struct ReportRefinement {
   std::string name;
   std::string decision;                                           // "kept", "replaced", "outlier"
@@ -37,8 +37,8 @@ struct ReportRefinement {
 
 struct ReportView {
   std::string name;
-  std::string photograph;   // as ReportRendering::picture
-  std::uint32_t width = 0;  // of its pictures, pixels
+  std::string photograph;   // see ReportRendering::picture
+  std::uint32_t width = 0;  // its pictures', pixels
   std::uint32_t height = 0;
   std::vector<ReportRendering> renderings;  // one per method, in the order of Report::methods
 };
@@ -50,15 +50,15 @@ struct ReportMethod {
   std::optional<Flicker> flicker = std::nullopt;  // along a path whose true pictures are known
 };
 
-// By how much the store's mean fitted PSNR over the mesh's pixels is below the unbounded baseline's, dB; either part
-// may be below 0.
+// How far the store's mean fitted PSNR over the mesh's pixels is below the unbounded baseline's, dB; either part may be
+// below 0.
 struct ReportShortfall {
   double moved = 0;   // because the poses of its photographs were refined, and those of the scored ones were not
   double budget = 0;  // the rest: fewer photographs, references and texels
 };
 
 struct Report {
-  std::string title;  // of the page: the scene's name
+  std::string title;  // the page's title: the scene's name
   std::optional<HoldOut> protocol =
       HoldOut();                              // which views were left out; none: those of the scene's own list, if any
   std::string test;                           // the workspace all of whose views are scored; empty: those left out
@@ -66,7 +66,7 @@ struct Report {
   std::vector<ReportMethod> methods;          // the one to look at first comes first
   std::vector<ReportView> views;              // that were scored
   std::optional<ReportShortfall> shortfall;   // measured with the unbounded baseline alone
-  std::vector<ReportRefinement> refinements;  // of the views that the model was built from
+  std::vector<ReportRefinement> refinements;  // the views that the model was built from
   std::vector<std::pair<std::string, std::string>> facts;  // more to tell about the run: what, value
 };
 

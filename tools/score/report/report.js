@@ -1,7 +1,7 @@
 // Sorting, switching between methods, and comparing the pictures of a view in place. The page is complete without it.
 'use strict';
 (() => {
-  // What the report's page is sure to have.
+  // Returns an element that the report's page is sure to have.
   /**
    * @template {Element} T
    * @param {ParentNode} parent

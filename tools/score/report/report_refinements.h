@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What refinement did to the views of a model, read from the plan.json that `build` wrote beside it.
+// The refinements of a model's views, read from the plan.json that `build` wrote beside it.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>

@@ -15,7 +15,7 @@ namespace lumatlas {
 // place of the chart, so that sampling between texels goes on smoothly up to the chart's outline.
 struct ChartTexel {
   std::uint32_t face = kNoFaceHere;
-  float share_b = 0, share_c = 0;  // of the face's second and third corner; that of the first is the rest
+  float share_b = 0, share_c = 0;  // shares of the face's second and third corner; that of the first is the rest
   float distance = 0;              // from the place, texels; 0: the middle lies on the face
 
   static constexpr std::uint32_t kNoFaceHere = ~0u;

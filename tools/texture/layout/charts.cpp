@@ -38,7 +38,7 @@ void require_within(const char* field, double value, double least, double most) 
                               number_text(least) + ", " + number_text(most) + "]");
 }
 
-// What charts need to know of each face.
+// The values of each face that charts need.
 struct Faces {
   std::vector<dvec3> area_vectors;                      // normal times area, scene units squared
   std::vector<std::array<std::uint32_t, 3>> neighbors;  // across each edge, kNone at a boundary
@@ -163,7 +163,7 @@ FlatFace flattened(const Mesh& mesh, std::uint32_t face, const dvec3& right, con
   return flat;
 }
 
-// Whether a line along one of a's edges has all of b on its outer side. Both turn counterclockwise.
+// Returns whether a line along one of a's edges has all of b on its outer side. Both turn counterclockwise.
 bool has_separating_edge(const FlatFace& a, const FlatFace& b) {
   for (std::size_t i = 0; i < 3; ++i) {
     const Point& from = a[i];
@@ -238,7 +238,7 @@ class FlatFaces {
 
   double square_;
   std::vector<FlatFace> faces_;
-  std::vector<std::uint32_t> large_;  // of faces_, those that are in no square
+  std::vector<std::uint32_t> large_;  // faces of faces_ that are in no square
   std::unordered_map<std::uint64_t, std::vector<std::uint32_t>> by_square_;
 };
 

@@ -17,14 +17,14 @@ class FilledPage {
   // Linear light. From any thread, if no two set the same texel.
   void set(std::uint32_t x, std::uint32_t y, const glm::vec3& linear);
 
-  // The whole page, sRGB: a texel that was not set has the mean colour of the smallest square of 2^k texels around it
-  // (on the grid of such squares) in which one was, so that coarser levels of the texture stay clean; black if none
-  // was. Ends the page.
+  // Returns the whole page, sRGB. A texel that was not set has the mean colour of the smallest square of 2^k texels
+  // around it (on the grid of such squares) with a set one, so that coarser levels of the texture stay clean; black if
+  // none was set. Ends the page.
   [[nodiscard]] Photograph finish();
 
  private:
   Photograph picture_;
-  std::vector<std::uint8_t> is_set_;  // by texel
+  std::vector<std::uint8_t> is_set_;  // one per texel
 };
 
 }  // namespace lumatlas

@@ -11,14 +11,14 @@ namespace lumatlas {
 
 // WebP takes less than half of JPEG's bytes, with colour at half the resolution and at most 16383 texels a side.
 enum class PageFormat { png, jpeg, webp };
-[[nodiscard]] const char* ending(PageFormat format);     // of a file's name: ".png"
+[[nodiscard]] const char* ending(PageFormat format);     // a file name's ending: ".png"
 [[nodiscard]] const char* mime_type(PageFormat format);  // "image/png"
 
 inline constexpr std::uint32_t kLongestWebp = 16383;  // texels a side
 
 struct PageCoding {
   PageFormat format = PageFormat::png;
-  int quality = 95;  // of JPEG and WebP, [1, 100]; PNG is exact
+  int quality = 95;  // for JPEG and WebP, [1, 100]; PNG is exact
 };
 
 // Throws std::invalid_argument naming the field, its value and the rule that it breaks.

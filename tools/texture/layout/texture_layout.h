@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Where each chart lies in a texture of one or more square pages.
+// The place of each chart in a texture of one or more square pages.
 //
 // Texture coordinates are texels from a page's top left corner; the middle of the first texel is at (0.5, 0.5). Around
 // each chart is a gutter, so that sampling, and coarser levels of the texture, do not show its neighbours.
@@ -17,8 +17,9 @@
 namespace lumatlas {
 
 struct LayoutOptions {
-  std::uint32_t most_side_px = 8192;  // of a page, texels, [64, 16384]; every viewer takes 4096, nearly all 8192
-  std::uint32_t most_pages = 1;       // [1, 64]
+  std::uint32_t most_side_px =
+      8192;                      // a page's longest side, texels, [64, 16384]; every viewer takes 4096, nearly all 8192
+  std::uint32_t most_pages = 1;  // [1, 64]
   // Texels around a chart, so that log2 of it coarser levels show nothing else. [1, 64]
   std::uint32_t gutter_px = 4;
 };
@@ -29,21 +30,21 @@ void check(const LayoutOptions& options);
 // A chart's rectangle, with its gutter: texels of one page.
 struct ChartPlace {
   std::uint32_t page = 0;
-  std::uint32_t x = 0, y = 0;  // of its top left corner
+  std::uint32_t x = 0, y = 0;  // its top left corner
   std::uint32_t width = 0, height = 0;
   double density = 0;  // texels per scene unit
 };
 
 struct TextureLayout {
-  std::uint32_t side_px = 0;  // of every page
+  std::uint32_t side_px = 0;  // every page's side
   std::uint32_t pages = 0;
   std::uint32_t gutter_px = 0;
-  // Of the densities that were asked for, (0, 1]: below 1 where the pages bound them. Charts that are longer than a
-  // page are coarser than this.
+  // The share of the requested densities that was reached, (0, 1]: below 1 where the pages bound them. Charts that are
+  // longer than a page are coarser than this.
   double scale = 1;
   std::vector<ChartPlace> places;  // one per chart
 
-  // Of a point of that chart, in texels of its rectangle. Add the rectangle's corner for those of the page.
+  // Returns a point of that chart in texels of its rectangle. Add the rectangle's corner for texels of the page.
   [[nodiscard]] glm::dvec2 in_rectangle(const Chart& chart, const ChartPlace& place, const glm::dvec3& point) const;
   // The same of the page, as floats from 0 to 1 over its side.
   [[nodiscard]] glm::vec2 uv(const Chart& chart, const ChartPlace& place, const glm::dvec3& point) const;

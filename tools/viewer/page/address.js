@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What a link restores, as the address after its '#': where the camera is, how it is turned, its field of view, and
-// what is shown. Printing and parsing undo each other up to the seventh digit of a number.
+// The state that a link restores, as the address after its '#': position, orientation and field of view of the camera,
+// and the shown mode. Printing and parsing undo each other up to the seventh digit of a number.
 import {quaternionOf, rotationOf} from './camera.js';
 /** @import {Mode, Pose} from './types.d.ts' */
 

@@ -5,7 +5,7 @@ import {GlObjects} from './gl_objects.js';
 import {BLOCK_SIDE} from './layout.js';
 import {makeTexture} from './tables.js';
 /** @import {Programs} from './programs.js' */
-/** @import {Place, Size, TexelForm} from './types.d.ts' */
+/** @import {CellPlace, Size, TexelForm} from './types.d.ts' */
 
 const TEXEL_BLOCK_BYTES = 16;
 
@@ -37,7 +37,7 @@ export class BlockCompressor {
   /**
    * @param {WebGLTexture} texture
    * @param {number} level
-   * @param {Place} place
+   * @param {CellPlace} place
    * @param {Size} size
    * @param {number} pixels
    */

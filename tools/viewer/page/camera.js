@@ -12,7 +12,7 @@ export const subtract = (a, b) => add(a, b, -1);
 /** @param {Vector} a @param {number} factor @returns {Vector} */
 export const times = (a, factor) => [a[0] * factor, a[1] * factor, a[2] * factor];
 /** @param {Vector} a @param {Vector} b @returns {Vector} */
-export const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
+const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
 /** @param {Vector} a */
 export const length = (a) => Math.hypot(a[0], a[1], a[2]);
 /** @param {Vector} a */
@@ -24,7 +24,7 @@ export const row = (rotation, number) => rotation.slice(3 * number, 3 * number +
 export const worldFromCam = (rotation, v) => [0, 1, 2].map(
     (i) => rotation[i] * v[0] + rotation[3 + i] * v[1] + rotation[6 + i] * v[2]);
 
-// Where a camera is and how it is turned.
+// Returns the position and orientation of a camera.
 /** @param {Camera} camera @returns {Pose} */
 export function poseOf(camera) {
   return {position: times(worldFromCam(camera.rotation, camera.translation), -1), rotation: [...camera.rotation]};
@@ -70,7 +70,7 @@ export function turned(rotation, axis, angle) {
 }
 
 /** @param {Vector} v @param {Vector} axis @param {number} angle */
-export function rotated(v, axis, angle) {
+function rotated(v, axis, angle) {
   const c = Math.cos(angle);
   const s = Math.sin(angle);
   return add(add(times(v, c), cross(axis, v), s), axis, dot(axis, v) * (1 - c));

@@ -5,10 +5,10 @@ import {normalized} from './camera.js';
 /** @import {Vector} from './types.d.ts' */
 
 const TURN_PER_HEIGHT = 2.2;  // radians for a drag over the window's height
-const WHEEL_SHARE = 0.0012;   // of the way for each unit of a wheel
+const WHEEL_SHARE = 0.0012;   // share of the way for each unit of a wheel
 const KEY_SPEED = 0.9;        // depths a second
 const KEY_TURN = 1.2;         // radians a second
-const LONGEST_STEP_S = 0.1;   // so that a slow picture is no leap
+const LONGEST_STEP_S = 0.1;   // limits a step after a slow picture
 
 /** @type {Record<string, Vector>} */
 const MOVES = {
@@ -149,7 +149,8 @@ export class Controls {
     this.moved();
   }
 
-  // What keys that are held do within a time, or, with no hand on anything, the hold; false: nothing.
+  // Moves by the keys that are held, for a time; if nothing is held or touched, by the hold. Returns false if nothing
+  // moves.
   /** @param {number} seconds */
   advance(seconds) {
     const step = Math.min(seconds, LONGEST_STEP_S);

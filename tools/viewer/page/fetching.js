@@ -40,7 +40,7 @@ export class Fetching {
     this.signal = signal;
   }
 
-  // What `decode` makes of a file's bytes. `size`: of the file, bytes, where it is known. `anew`: not from the
+  // Returns the result of `decode` for a file's bytes. `size`: the file's bytes, if known. `anew`: not from the
   // browser's cache. Throws FetchFailure after the last try, and the signal's reason once it is aborted.
   /**
    * @template T

@@ -79,7 +79,7 @@ export class GlObjects {
   }
 }
 
-// Whether the GPU has done what it was asked for before this was made.
+// Tells whether the GPU has finished the work that was given to it before the fence was made.
 export class Fence {
   /** @param {WebGL2RenderingContext} gl */
   constructor(gl) {
@@ -109,7 +109,7 @@ export class Fence {
  * @typedef {SurfaceTarget & {surface: WebGLTexture, colour: WebGLTexture, blend: WebGLFramebuffer}} PictureTarget
  */
 
-// What is drawn to, one of each use; made anew where its size has changed.
+// Render targets, one for each use; made anew if the size has changed.
 export class Targets {
   // `changed` is called after each that is made.
   /** @param {WebGL2RenderingContext} gl @param {() => void} changed */

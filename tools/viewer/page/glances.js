@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What few pixels of a picture say of it, once the GPU has found out: how much of it was photographed, and which
-// photographs it needs.
+// Draws small pictures to find out how much of a picture was photographed, and which photographs it needs.
 import {scaledCamera} from './camera.js';
 import {Fence, GlObjects} from './gl_objects.js';
 import {bindTexture, makeTexture} from './tables.js';
@@ -13,7 +12,7 @@ const GLANCE_PX = 48;  // longer side of what is looked at
 // Bytes of the targets for a glance: the surface with its depth, and what is found of it.
 export const MOST_GLANCE_BYTES = GLANCE_PX * GLANCE_PX * (20 + 16 + 4);
 const NO_VIEW = 0xFFFF;
-const SPARE_NEED = 1 / 16;  // of a view that steps in where a better one does not see the place
+const SPARE_NEED = 1 / 16;  // need of a view that steps in where a better one does not see the place
 
 export class Glances {
   /** @param {Renderer} renderer */
@@ -75,7 +74,7 @@ export class Glances {
     return needs;
   }
 
-  // What a camera sees, in few pixels, as a target that is good until the next one.
+  // Returns a small picture of a camera's surface, as a target that is valid until the next call.
   /** @param {Camera} wanted */
   smallSurface(wanted) {
     const {renderer} = this;

@@ -26,11 +26,11 @@ export class Hold {
     /** @type {{pose: Pose, share: number} | null} */
     this.inside = null;  // the last place where all was well
     /** @type {Pose | null} */
-    this.refuge = null;  // where the camera returns to if there was no such place
+    this.refuge = null;  // the camera returns here if there was no such place
     this.moved = false;
   }
 
-  // As after a jump or a link: nothing calls the camera back from there before the visitor moves it.
+  // Forgets the places, after a jump or a link: the camera is not called back before the visitor moves it.
   forget() {
     this.share = this.inside = this.refuge = null;
     this.moved = false;
@@ -60,7 +60,8 @@ export class Hold {
     this.refuge = null;
   }
 
-  // Where the camera returns to; null: nowhere. A place that was well while few photographs were known may not be now.
+  // Returns the pose to which the camera returns; null: none. A place that was good while few photographs were known
+  // may not be now.
   home() {
     if (this.inside && this.inside.share >= this.enough()) return this.inside.pose;
     if (this.moved) this.refuge ??= this.nearest();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What is around the picture: progress, buttons, thumbnails, legend, messages.
+// The elements around the picture: progress, buttons, thumbnails, legend, messages.
 /** @import {SiteFiles} from './site_files.js' */
 /** @import {Actions, Mode, Scene, View} from './types.d.ts' */
 
@@ -139,7 +139,7 @@ export class Interface {
     part('status').textContent = ended ? '' : text;
   }
 
-  // What could not be loaded, in one line; '': nothing is missing.
+  // Shows in one line what could not be loaded; '': nothing is missing.
   /** @param {string} line */
   showLosses(line) {
     this.showLine('losses', line);

@@ -4,9 +4,9 @@
 // that a tile is a whole number of pixels, then tiles of the model stay tiles. Cells begin where all coarser levels
 // have a pixel's border, and a block's.
 import {viewsOf} from './model.js';
-/** @import {Layout, Place, Scene, TexelForm} from './types.d.ts' */
+/** @import {Layout, CellPlace, Scene, TexelForm} from './types.d.ts' */
 
-// What every WebGL 2 has.
+// Limits of every WebGL 2.
 const MOST_SIDE = 2048;
 const MOST_PAGES = 256;
 export const BLOCK_SIDE = 4;  // texels that are compressed together
@@ -64,8 +64,8 @@ function layoutWith(scene, form, tile, count) {
   };
 }
 
-// Where a cell begins.
-/** @param {Layout} layout @param {number} index @returns {Place} */
+// Returns the corner of a cell.
+/** @param {Layout} layout @param {number} index @returns {CellPlace} */
 export function placeOf(layout, index) {
   const inPage = layout.columns * layout.rows;
   const at = index % inPage;
@@ -115,7 +115,7 @@ export function makeLayout(scene, form, bytes, shown) {
   return layout;
 }
 
-// Whether what is in an array that the one describes is where the other expects it.
+// Returns whether both layouts have the same places, so that an array of the one may be used with the other.
 /** @param {Layout} a @param {Layout} b */
 export function samePlaces(a, b) {
   return a.form === b.form && a.tile === b.tile && a.scale === b.scale &&
@@ -123,7 +123,7 @@ export function samePlaces(a, b) {
 }
 
 // The number of a tile's place in the array. `columns`: tiles in a row of its view.
-/** @param {Layout} layout @param {Place} place @param {number} columns @param {number} tile */
+/** @param {Layout} layout @param {CellPlace} place @param {number} columns @param {number} tile */
 export function slotOfTile(layout, place, columns, tile) {
   const column = place.x / layout.tile + tile % columns;
   const row = place.y / layout.tile + Math.floor(tile / columns);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What of the site could not be fetched so far, and the line that tells it.
+// The parts of the site that could not be fetched so far, and the line that names them.
 /** @import {FetchFailure} from './fetching.js' */
 
 // Parts of the model, in the order in which they are told.
@@ -26,7 +26,7 @@ export class Losses {
     /** @type {Map<LossPart, FetchFailure>} */
     this.parts = new Map();
     /** @type {Map<number, FetchFailure>} */
-    this.views = new Map();  // by view slot, whose photograph or mask is missing
+    this.views = new Map();  // for each view slot, its missing photograph or mask
     this.told = '';
   }
 
@@ -52,19 +52,19 @@ export class Losses {
     if (this.views.delete(slot)) this.tell();
   }
 
-  // Nothing is missing any more, as of a version that another one has replaced.
+  // Forgets all losses, for a version that another one has replaced.
   clear() {
     this.parts.clear();
     this.views.clear();
     this.tell();
   }
 
-  // Whether something is missing.
+  // Returns whether anything is missing.
   any() {
     return this.parts.size + this.views.size > 0;
   }
 
-  // Whether the server says of something that it is not there, as where the site is of another version by now.
+  // Returns whether the server says that a file is gone, which happens if the site has another version by now.
   anyGone() {
     return [...this.parts.values(), ...this.views.values()].some(({gone}) => gone);
   }

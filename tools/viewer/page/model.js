@@ -4,7 +4,7 @@ import {inflated, unpack} from './packed_arrays.js';
 /** @import {SiteFiles} from './site_files.js' */
 /** @import {Mesh, MeshFile, Scene, Shaders, Tables, View} from './types.d.ts' */
 
-export const FORMAT = 3;
+const FORMAT = 3;
 
 /** @param {Scene} scene */
 export const viewsOf = ({views}) => views.filter((view) => view !== null);

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Where the visitor is, and how movements change that: around a point of the surface, or as one who looks about.
+// The visitor's pose, and how movements change it: around a point of the surface, or looking about.
 import {Hold} from './hold.js';
 import {add, between, dot, length, lookingAlong, normalized, orthonormal, poseOf} from './camera.js';
 import {row, subtract, times, turned, worldFromCam} from './camera.js';
 import {viewsOf} from './model.js';
 /** @import {Pose, Rotation, Scene, Vector} from './types.d.ts' */
 
-const STEEPEST = 0.985;    // of the view against upwards, as a cosine: beyond, left and right would change places
-const LEVEL_SHARE = 0.12;  // of a tilt that is taken back with each movement
+const STEEPEST = 0.985;    // cosine of the view against upwards: beyond, left and right would change places
+const LEVEL_SHARE = 0.12;  // share of a tilt that is taken back with each movement
 const JUMP_MS = 700;
 
 export class Navigation {
@@ -22,7 +22,7 @@ export class Navigation {
     /** @type {Pose} */
     this.pose = {position: [0, 0, 0], rotation: [1, 0, 0, 0, 1, 0, 0, 0, 1]};
     this.fov = 50;
-    this.depth = this.typicalDepth;  // of what movements are about
+    this.depth = this.typicalDepth;  // distance of the point that movements are about
     /** @type {{from: Pose, fromFov: number, to: Pose, toFov: number, start: number} | null} */
     this.jump = null;
     this.hold = new Hold(scene.photographed.share, this.typicalDepth, () => this.nearestPhotograph());
@@ -72,7 +72,7 @@ export class Navigation {
     return pose !== null;
   }
 
-  // Where it was taken; null: there is none.
+  // Returns the pose of the nearest photograph; null: there is none.
   nearestPhotograph() {
     const [slot] = this.viewsByDistance();
     const view = slot === undefined ? null : this.scene.views[slot];
@@ -124,7 +124,7 @@ export class Navigation {
     return between({position: [0, 0, 0], rotation}, {position: [0, 0, 0], rotation: level}, LEVEL_SHARE).rotation;
   }
 
-  // By radians to the right and downwards; as the eyes do, or around the pivot.
+  // Turns by radians to the right and downwards, as the eyes do, or around the pivot.
   /** @param {number} right @param {number} down @param {boolean} orbit */
   turn(right, down, orbit = this.orbits) {
     this.jump = null;
@@ -174,7 +174,8 @@ export class Navigation {
   }
 }
 
-// Whether most cameras look towards each other's middle, as around an object, rather than outwards, as in a room.
+// Returns whether most cameras look towards each other's middle, as around an object, rather than outwards, as in a
+// room.
 /** @param {Scene} scene */
 function looksAtOneThing(scene) {
   const views = viewsOf(scene);

@@ -10,7 +10,7 @@ import {MEBIBYTE, Viewer} from './viewer.js';
 
 export {Viewer, texelForm};
 
-// Of GPU memory: what a phone gives a page without closing others.
+// GPU memory that a phone gives a page without closing others.
 const MEMORY_MIB = matchMedia('(pointer: coarse)').matches ? 100 : 200;
 const REVOKE_AFTER_MS = 1000;
 const WRITE_ADDRESS_MS = 200;
@@ -159,7 +159,7 @@ async function keepUp(viewer, page) {
   document.documentElement.dataset.state = 'last';
 }
 
-// What the page shows of a model that is open.
+// Shows an open model in the page.
 /** @param {Viewer} viewer @param {Interface} page */
 function showModel(viewer, page) {
   const {scene} = viewer;

@@ -9,7 +9,7 @@ const BLOCKS = {
   bc7: {extension: 'EXT_texture_compression_bptc', format: 'COMPRESSED_SRGB_ALPHA_BPTC_UNORM_EXT'},
   etc2: {extension: 'WEBGL_compressed_texture_etc', format: 'COMPRESSED_SRGB8_ALPHA8_ETC2_EAC'},
 };
-export const TEXEL_FORMS = ['auto', PLAIN, ...Object.keys(BLOCKS)];
+const TEXEL_FORMS = ['auto', PLAIN, ...Object.keys(BLOCKS)];
 
 /** @param {WebGL2RenderingContext} gl @param {string} name @returns {TexelForm | null} */
 function blocksOf(gl, name) {

@@ -7,13 +7,13 @@ import {GlObjects} from './gl_objects.js';
 import {DEPTH_BLOCK_SIDE, placeOf, samePlaces, slotOfTile} from './layout.js';
 import {loadMask, loadPhotograph, viewsOf} from './model.js';
 import {NO_SLOT, SPARE_UNIT, Table, VIEW_TEXELS, bindTexture, depthScale, makeTexture, viewTable} from './tables.js';
-/** @import {FetchedView, Layout, Place, Scene, Size, TexelForm, View} from './types.d.ts' */
+/** @import {FetchedView, Layout, CellPlace, Scene, Size, TexelForm, View} from './types.d.ts' */
 /** @import {Programs} from './programs.js' */
 /** @import {SiteFiles} from './site_files.js' */
 /** @import {Renderer} from './renderer.js' */
 
-const PICTURE_PIXEL_BYTES = 4 + 2;  // as it comes, with its mask
-const DEPTH_PIXEL_BYTES = 4;        // of what its depths are found from
+const PICTURE_PIXEL_BYTES = 4 + 2;  // a picture before it is stored, with its mask
+const DEPTH_PIXEL_BYTES = 4;        // a depth from which the view's depths are found
 
 export class Photographs {
   // `resident`: for each tile of the scene, 1 or 0.
@@ -38,7 +38,7 @@ export class Photographs {
     this.depths = this.array(gl.RGBA32UI, layout.size.map((side) => side / DEPTH_BLOCK_SIDE), 1, gl.NEAREST);
     this.bytes = layout.bytes + this.tileSlots.bytes + this.views.bytes;
     /** @type {Map<number, number>} */
-    this.cells = new Map();  // by slot, of the views that are there
+    this.cells = new Map();  // the cell of each view slot that is there
     this.free = Array.from({length: layout.count}, (_, cell) => cell).reverse();
     this.framebuffer = this.objects.framebuffer();
     /** @type {BlockCompressor | null} */
@@ -69,7 +69,7 @@ export class Photographs {
     bindTexture(gl, 'tile_slots', gl.TEXTURE_2D, this.tileSlots.texture);
   }
 
-  // What store() needs of a view, over the network.
+  // Fetches over the network what store() needs of a view.
   /** @param {SiteFiles} files @param {View} view @param {number} slot @returns {Promise<FetchedView>} */
   static async fetched(files, view, slot) {
     const [picture, mask] = await Promise.all([loadPhotograph(files, view), loadMask(files, view)]);
@@ -136,7 +136,7 @@ export class Photographs {
   }
 
   // Means over what a texel covers, in the page and at each of its coarser levels.
-  /** @param {Place} place */
+  /** @param {CellPlace} place */
   storeLevels(place) {
     const {gl, layout, scene} = this;
     if (layout.form.blocks) this.compressor ??= new BlockCompressor(gl, this.programs, layout.form, layout.cell);
@@ -154,7 +154,7 @@ export class Photographs {
     }
   }
 
-  /** @param {number} level @param {Place} place @param {Size} size @param {number} pixels */
+  /** @param {number} level @param {CellPlace} place @param {Size} size @param {number} pixels */
   drawLevel(level, {x, y, page}, size, pixels) {
     const {gl} = this;
     const program = this.programs.use('photograph');
@@ -166,7 +166,7 @@ export class Photographs {
     gl.drawArrays(gl.TRIANGLES, 0, 3);
   }
 
-  // What is only needed while views come.
+  // Frees what is only needed while views come.
   /** @param {Renderer} renderer */
   rest(renderer) {
     this.compressor?.release();
@@ -175,7 +175,7 @@ export class Photographs {
   }
 
   // The surface as the view's camera sees it, whose depths become blocks.
-  /** @param {Place} place @param {View} view @param {Renderer} renderer */
+  /** @param {CellPlace} place @param {View} view @param {Renderer} renderer */
   drawDepths(place, view, renderer) {
     const {gl, layout, scene} = this;
     const camera = scaledCamera(view, layout.scale);

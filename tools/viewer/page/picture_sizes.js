@@ -5,10 +5,10 @@ import {MOST_PART_PX} from './renderer.js';
 
 const SLOW_MS = 40;        // an interactive frame that the GPU takes longer for makes the next one smaller
 const FAST_MS = 15;
-const LEAST_SHARE = 0.2;   // of an interactive frame's pixels along a side
+const LEAST_SHARE = 0.2;   // least share of an interactive frame's pixels along a side
 const FIRST_SHARE = 0.5;
-const MOST_CHANGE = 1.6;   // of the share, from one frame to the next
-const MOST_PIXELS = 2.1e6;        // of an interactive frame
+const MOST_CHANGE = 1.6;   // factor of the share from one frame to the next
+const MOST_PIXELS = 2.1e6;        // pixels of an interactive frame
 const MOST_STILL_PIXELS = 4.2e6;
 const PART_MS = 100;       // that the GPU should take for a part of a still frame
 const LEAST_PART_PX = 64;
@@ -16,7 +16,7 @@ const FIRST_PASS_MS = 10000;  // a still frame that takes longer is drawn with f
 const LEAST_GAIN = 1.5;    // in pixels along a side, from one pass to the next
 const NEXT_GAIN = 2;
 const SAMPLES_MS = 15000;  // a still frame gets samples at silhouettes where that takes no longer
-const SAMPLES_COST = 2;    // of a picture with samples, in pictures without
+const SAMPLES_COST = 2;    // cost of a picture with samples, in pictures without
 
 // Pixels for each of the window's along a side, in interactive and in still frames, where the screen has them; `share`:
 // of them that interactive frames have, null: as many as the GPU draws in time.
@@ -120,7 +120,7 @@ export class PictureSizes {
     return Math.max(LEAST_PART_PX, Math.min(MOST_PART_PX, side));
   }
 
-  // Whether a picture of that size with samples, each part of which needs the surface twice, is drawn in time.
+  // Returns whether a picture of that size with samples, each part of which needs the surface twice, is drawn in time.
   /** @param {Size} size */
   hasTimeForSamples([width, height]) {
     const parts = Math.ceil(width / MOST_PART_PX) * Math.ceil(height / MOST_PART_PX);

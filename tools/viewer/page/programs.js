@@ -4,7 +4,7 @@ import {ContextLost, GlObjects} from './gl_objects.js';
 /** @import {Shaders} from './types.d.ts' */
 
 // In the order of TextureUnit there; the page's own after them.
-export const SAMPLERS = [
+const SAMPLERS = [
   'photographs', 'depths', 'surfaces', 'zones', 'cells', 'references', 'views', 'tile_slots', 'image', 'mask',
   'diagnosis', 'seen_depths',
 ];

@@ -23,7 +23,7 @@ const DIAGNOSIS_BYTES = 16 + 4;
 
 // Longest side of the parts that pictures with samples are drawn in: their targets are then small.
 export const MOST_PART_PX = 320;
-const AROUND_PX = 1;  // whether a pixel is at a silhouette its neighbours say
+const AROUND_PX = 1;  // silhouettes are found from the neighbouring pixels
 
 // A part of a picture: what is drawn, from its top left corner, and what of that is copied: left, top, right, bottom.
 /** @typedef {{x: number, y: number, size: Size, inner: [number, number, number, number]}} Part */
@@ -131,7 +131,7 @@ export class Renderer {
     };
   }
 
-  // Whether programs for pictures are compiled; asks for them.
+  // Returns whether the programs for pictures are compiled; starts compiling them.
   ready() {
     if (!this.mesh || !this.photographs || !this.tables) return false;
     const {counts} = this.mesh;
@@ -143,7 +143,7 @@ export class Renderer {
     return [this.programs.ready('silhouettes'), this.programs.ready('samples', 4)].every(Boolean);
   }
 
-  // What targets take, bytes, when both a moving and a still picture of such sizes were drawn.
+  // Returns the bytes of render targets for an interactive and a still frame of these sizes.
   /** @param {Size} moving @param {Size} still */
   bytesToDraw(moving, still) {
     const part = [still[0], still[1]].map((side) => Math.min(side, MOST_PART_PX + 2 * AROUND_PX));
@@ -204,7 +204,7 @@ export class Renderer {
     for (const [name, table] of Object.entries(this.tables ?? {})) bindTexture(gl, name, gl.TEXTURE_2D, table.texture);
   }
 
-  // Where the visible surface is drawn to.
+  // Returns the render target of the visible surface.
   /**
    * @param {string} use
    * @param {number} width
@@ -478,7 +478,7 @@ export class Renderer {
         0, 0, from.width, from.height, 0, 0, still.width, still.height, gl.COLOR_BUFFER_BIT, gl.LINEAR);
   }
 
-  // What a mode shows of the surface that `target` holds, in its colours.
+  // Draws the surface in `target` in the colours of a mode.
   /** @param {PictureTarget} target @param {Mode} mode */
   drawMode(target, mode) {
     const {gl} = this;

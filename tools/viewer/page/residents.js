@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Which photographs are on the GPU: all where there is room, else those that the current picture needs. Others stay
-// until their room is needed, and are shown where a better one is not there yet.
+// Decides which photographs are on the GPU: all if they fit, else those that the current picture needs. Others stay
+// until their place is needed, and are shown where a better one is not there yet.
 import {FetchFailure} from './fetching.js';
 import {ContextLost} from './gl_objects.js';
 import {viewsOf} from './model.js';
@@ -13,15 +13,15 @@ const AT_ONCE = 4;  // views that are fetched at the same time
 // fetch back what the one before threw away.
 const CLEARLY = 1.5;
 
-// What a view on the GPU is made of.
+// Identifies the content of a view on the GPU.
 /** @param {View} view */
 const contentOf = ({photograph, mask, rotation, translation, fx, fy, cx, cy}) =>
     JSON.stringify([photograph, mask, rotation, translation, fx, fy, cx, cy]);
 
-// What to fetch next: a view's slot, and in `instead` the slot whose cell it takes, where none is free. Null: nothing.
-// `ranked`: all views, those that are needed most first; `held`: slots that have a cell; `fresh`: those of them that
-// are as the scene has them; `coming`: slots that are being fetched; `lost`: slots that could not be fetched; `room`:
-// the number of cells.
+// Returns the next view slot to fetch, and in `instead` the slot whose cell it takes if none is free. Null: nothing to
+// fetch. `ranked`: all views, those that are needed most first; `held`: slots that have a cell; `fresh`: those of them
+// that are as the scene has them; `coming`: slots that are being fetched; `lost`: slots that could not be fetched;
+// `room`: the number of cells.
 /**
  * @param {{slot: number, need: number}[]} ranked
  * @param {{
@@ -30,7 +30,7 @@ const contentOf = ({photograph, mask, rotation, translation, fx, fy, cx, cy}) =>
  * }} state
  * @returns {{slot: number, instead?: number} | null}
  */
-export function nextToFetch(ranked, {held, fresh, coming, lost, room}) {
+function nextToFetch(ranked, {held, fresh, coming, lost, room}) {
   const wanted = ranked.find(({slot}) => !fresh.has(slot) && !coming.has(slot) && !lost.has(slot));
   if (!wanted) return null;
   if (held.has(wanted.slot)) return {slot: wanted.slot};
@@ -47,13 +47,13 @@ export class Residents {
   constructor(viewer) {
     this.viewer = viewer;
     /** @type {Map<number, string>} */
-    this.fresh = new Map();  // by slot, what is on the GPU
+    this.fresh = new Map();  // the views on the GPU, for each slot
     /** @type {Set<number>} */
     this.coming = new Set();
     /** @type {Set<number>} */
     this.lost = new Set();   // slots that could not be fetched and are not asked for until askAgain()
     /** @type {Map<number, number>} */
-    this.needs = new Map();  // by slot, how many pixels of the current picture need it
+    this.needs = new Map();  // for each slot, how many pixels of the current picture need it
     this.fetched = 0;        // views, again and again
     /** @type {Promise<void> | null} */
     this.filling = null;
@@ -70,17 +70,17 @@ export class Residents {
     return photographs;
   }
 
-  // Whether there is less room than views.
+  // Returns whether there are fewer places than views.
   scarce() {
     return viewsOf(this.viewer.scene).length > this.photographs.layout.count;
   }
 
-  // Nothing that is on the GPU is of use any more.
+  // Forgets all views on the GPU.
   forget() {
     this.fresh.clear();
   }
 
-  // What could not be fetched may be there by now.
+  // Tries again to fetch the views that could not be fetched.
   askAgain() {
     this.lost.clear();
   }
@@ -107,7 +107,7 @@ export class Residents {
         this.ranked(), {held: cells, fresh: this.current(), coming: this.coming, lost: this.lost, room: layout.count});
   }
 
-  // What a camera's picture needs is there afterwards, as far as there is room.
+  // Loads what a camera's picture needs, as far as there is room.
   /** @param {Camera} camera */
   async provide(camera) {
     if (this.scarce()) this.needs = await this.viewer.renderer.glances.neededViews(camera);

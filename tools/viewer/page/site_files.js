@@ -18,7 +18,8 @@ export class SiteFiles {
     this.sizes = {};  // bytes, of files whose size the manifest says
   }
 
-  // What `decode` makes of a file. `anew`: as the server has it now. Throws FetchFailure where it cannot be had.
+  // Returns the result of `decode` for a file. `anew`: the server's present file. Throws FetchFailure if it cannot be
+  // had.
   /**
    * @template T
    * @param {string} name

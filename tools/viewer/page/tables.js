@@ -30,7 +30,7 @@ export function makeTexture(objects, format, width, height, filter = WebGL2Rende
   return texture;
 }
 
-// Where textures are bound to be made, so that this takes none away from the shaders.
+// Textures are bound to this unit while they are made, so that the shaders keep theirs.
 export const SPARE_UNIT = 15;
 
 /**
@@ -98,7 +98,7 @@ export class Table {
 /** @param {View} view */
 export const depthScale = (view) => view.depth > 0 ? 2 ** Math.floor(Math.log2(view.depth)) : 1;
 
-// As blend/tables/view_table.cpp, for views at the layout's scale.
+// Does what blend/tables/view_table.cpp does, for views at the layout's scale.
 /** @param {Scene} scene @param {Layout} layout */
 export function viewTable(scene, layout) {
   const table = new Float32Array(4 * VIEW_TEXELS * scene.views.length);

@@ -75,7 +75,7 @@ export interface BlendSettings {
 export interface Scene {
   format: number;
   title: string;
-  version: number | null;  // of a model that changes
+  version: number | null;  // the version of a model that changes
   blend: BlendSettings;
   mesh: MeshFile;
   coarse: MeshFile | null;
@@ -91,8 +91,8 @@ export interface Scene {
   photographed: {cosine: number; enlargement: number; share: number};
   first_view: number;
   poster: string | null;
-  bytes?: Record<string, number>;  // of files, by name; of a model that changes, of those that are new in this version
-  views: (View | null)[];  // by view slot
+  bytes?: Record<string, number>;  // sizes of files by name; for a model that changes, of those that are new in this version
+  views: (View | null)[];  // one per view slot
 }
 
 // live.json of a model that changes
@@ -163,7 +163,7 @@ export interface Layout {
   tiles: number;
 }
 
-export interface Place {
+export interface CellPlace {
   page: number;
   x: number;
   y: number;
@@ -174,7 +174,7 @@ export type Quality = 'auto' | 'sharp' | 'fast';
 
 // How the page deals with a bad network; see fetching.js.
 export interface NetworkOptions {
-  tries?: number;           // of each request, at least 1
+  tries?: number;           // tries of each request, at least 1
   pauseMs?: number;         // before the second try; each later pause is twice as long
   stalledMs?: number;       // without a byte, after which a try counts as failed
   laterMs?: number;         // until what is missing is asked for again; each later pause is twice as long
@@ -191,7 +191,7 @@ export interface ViewerOptions {
   signal?: AbortSignal;      // ends the viewer
 }
 
-// What buttons and menus ask for.
+// The actions of buttons and menus.
 export interface Actions {
   mode(name: string): void;
   quality(name: string): void;

@@ -24,13 +24,13 @@ import {SiteFiles} from './site_files.js';
  * } from './types.d.ts'
  */
 
-// What the GPU was asked for.
+// The work that was given to the GPU.
 /** @typedef {{pixels: number, of: 'frame' | 'surface' | 'part' | 'whole' | 'nothing'}} Work */
 
 export const MEBIBYTE = 1 << 20;
-const LEAST_FOR_PHOTOGRAPHS = MEBIBYTE / 8;  // of each mebibyte
-const ASK_AGAIN_MS = 1000;  // what a model that changes is like now
-const BACK_AGAIN_MS = 50;   // whether the GPU is back
+const LEAST_FOR_PHOTOGRAPHS = MEBIBYTE / 8;  // share of each mebibyte
+const ASK_AGAIN_MS = 1000;  // how often to ask for a new version of a model that changes
+const BACK_AGAIN_MS = 50;   // how often to look whether the GPU is back
 const STILL_AFTER_MS = 250;
 const PRESENT_MS = 250;     // after which new parts of a still frame are shown
 const PROGRAMS_MS = 100;    // after which programs may have been compiled
@@ -70,7 +70,7 @@ export class Viewer {
     /** @type {(error: Error) => void} */
     this.failed = (error) => console.error(error);
 
-    // What open() makes.
+    // The result of open().
     /** @type {{scene: Scene, shaders: Shaders, navigation: Navigation} | null} */
     this.model = null;
     /** @type {Promise<void> | null} */
@@ -78,7 +78,7 @@ export class Viewer {
     this.loadsLater = false;
     this.resident = new Uint32Array();  // for each tile of the scene, 1 or 0
     /** @type {{bytes: number, scale: number} | null} */
-    this.room = null;  // of photographs, once it is known
+    this.room = null;  // number of photographs, once it is known
     this.forgetGpu();
     this.startGpu();
     options.signal?.addEventListener('abort', () => this.close());
@@ -180,7 +180,7 @@ export class Viewer {
     return this.files.json(live);
   }
 
-  // What `load` returns; null where the network does not give it, which is told until a later call has it.
+  // Returns the result of `load`; null if the network fails, which is shown until a later call succeeds.
   /**
    * @template T
    * @param {LossPart} part
@@ -199,13 +199,13 @@ export class Viewer {
     }
   }
 
-  // Whether it is a file of a version that the next one is about to replace.
+  // Returns whether the failed file belongs to a version that the next one is about to replace.
   /** @param {FetchFailure} failure */
   passesBy(failure) {
     return Boolean(this.live) && failure.gone;
   }
 
-  // What `load` returns, once the network gives it: nothing can be shown without.
+  // Returns the result of `load` once the network gives it, because nothing can be shown without.
   /**
    * @template T
    * @param {LossPart} part
@@ -421,7 +421,7 @@ export class Viewer {
     if (renderer !== this.renders || this.gl.isContextLost()) throw new ContextLost();
   }
 
-  // Whether something failed only because the GPU is lost.
+  // Returns whether something failed only because the GPU is lost.
   /** @param {unknown} error */
   isOfLostGpu(error) {
     return error instanceof ContextLost || this.gl.isContextLost();
@@ -477,7 +477,7 @@ export class Viewer {
     return Math.max(...this.sizes.moving()) / longest;
   }
 
-  // What is on the GPU: bytes now, at most so far, and allowed; photographs, and how many there is room for.
+  // Returns what is on the GPU: bytes now, at most so far, and allowed; photographs, and how many there is room for.
   gpuMemory() {
     const {renderer, residents, form} = this;
     const {total} = residents.progress();
@@ -563,7 +563,7 @@ export class Viewer {
     requestAnimationFrame(frame);
   }
 
-  // Nothing new is asked of the GPU before it has done what it was asked for.
+  // Gives the GPU no new work before it has finished the last.
   /** @param {number} now */
   step(now) {
     if (!this.hasMesh || this.gl.isContextLost() || this.busy(now)) return;
@@ -637,7 +637,7 @@ export class Viewer {
     }
   }
 
-  // What that camera needs, while pictures go on.
+  // Loads what that camera needs, while pictures go on.
   /** @param {Camera} camera */
   async provide(camera) {
     if (!this.residents.scarce()) return;
@@ -753,7 +753,7 @@ export class Viewer {
     return picture;
   }
 
-  // What is on the canvas, as a file; null: nothing is drawn yet.
+  // Returns the canvas as a file; null: nothing is drawn yet.
   /** @returns {Promise<Blob | null>} */
   async screenshot() {
     const {renderer, canvas, target} = this;

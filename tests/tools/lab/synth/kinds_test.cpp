@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What holds for every kind of synthetic scene and every trajectory, and what each one promises.
+// Laws of every kind of synthetic scene and every trajectory, and the promises of each.
 #include "tools/lab/synth/kinds.h"
 
 #include <algorithm>

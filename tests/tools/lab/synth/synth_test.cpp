@@ -103,8 +103,8 @@ TEST_CASE("a photograph hardly depends on how finely the mesh is cut") {
   const synth::Scene coarse = synth::make_apartment(1, 20000);
   const synth::Scene fine = synth::make_apartment(1, 100000);
   const Camera camera = synth::cameras_on_walk(coarse, small_options())[1];
-  const Photograph a = synth::trace_photograph(coarse, camera, 4, 1);
-  const Photograph b = synth::trace_photograph(fine, camera, 4, 1);
+  const Photograph a = synth::Tracer(coarse).photograph(camera, 4, 1);
+  const Photograph b = synth::Tracer(fine).photograph(camera, 4, 1);
   std::size_t different = 0;  // a ray at a silhouette may go the other way by rounding
   for (std::size_t i = 0; i < a.rgb.size(); ++i) different += std::abs(a.rgb[i] - b.rgb[i]) > 2 ? 1 : 0;
   CHECK(static_cast<double>(different) < 0.01 * static_cast<double>(a.rgb.size()));
@@ -429,7 +429,7 @@ TEST_CASE("the written mesh and photographs are the scene's") {
     CHECK((soup.positions[i] == glm::dvec3(scene.geometry.mesh.positions[i])));
   const Camera camera = synth::cameras_on_walk(scene, options)[2];
   const Photograph expected =
-      synth::trace_photograph(scene, camera, options.samples, synth::hashed(options.seed, 2, 2));
+      synth::Tracer(scene).photograph(camera, options.samples, synth::hashed(options.seed, 2, 2));
   CHECK((read_photograph(folder / "images/0002.png").rgb == expected.rgb));
 }
 

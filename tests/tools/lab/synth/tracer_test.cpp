@@ -236,7 +236,7 @@ std::pair<double, double> levels(const Photograph& photo, std::size_t channel) {
   return {sum / count, std::sqrt(squares / count - sum * sum / (count * count))};
 }
 
-// Of all sides shining alike: what the sensor gets is the same at all pixels.
+// If all sides shine alike, the sensor gets the same at all pixels.
 Photograph of_shining_room(const glm::vec3& light, double noise) {
   Scene scene = dark_room();
   std::get<Block>(scene.solids[0]).parts[0].material.fill(add_material(scene, shining(light)));

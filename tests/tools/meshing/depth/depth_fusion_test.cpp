@@ -129,7 +129,7 @@ DepthImage ground_from(double height) {
   return image;
 }
 
-// Of the faces over the square of side 1 about the origin.
+// Returns the area of the faces over the square of side 1 about the origin.
 double area_in_middle(const TriangleSoup& soup) {
   double area = 0;
   for (const glm::uvec3& face : soup.faces) {

@@ -399,7 +399,7 @@ TEST_CASE("a depth image that cannot be used is named, with what is wrong with i
     write_grey(entry.path(), 56, 42, std::vector<std::uint16_t>(56 * 42, 0));
   }
   CHECK_THAT(complaint(), Catch::Contains("has measured anything, all of their pixels are 0"));
-  // What was measured and cannot be used is not called 0.
+  // A measured depth that cannot be used is not called 0.
   std::vector<std::uint16_t> alone(56 * 42, 0);
   alone[1000] = 1500;
   for (const auto& entry : fs::directory_iterator(folder / "keyframes/depth")) {

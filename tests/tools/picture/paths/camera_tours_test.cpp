@@ -17,7 +17,7 @@ namespace {
 
 using glm::dvec3;
 
-// Cameras around a point, all looking at it, on part of a circle as somebody takes photographs of a thing on a table.
+// Returns cameras around a point, all looking at it, on part of a circle, as when a thing on a table is photographed.
 std::vector<Camera> around(const dvec3& thing, const dvec3& up, double radius, double height, std::size_t count) {
   const dvec3 u = glm::normalize(glm::cross(up, dvec3(0.3, 0.7, -0.2)));
   const dvec3 v = glm::cross(up, u);

@@ -95,7 +95,7 @@ TEST_CASE("blurred photographs are downscaled further within the same bound") {
 }
 
 TEST_CASE("a photograph is never predicted by itself") {
-  // Of noise that no two photographs share, lower resolution makes a better guess; each by itself would be exact.
+  // If no two photographs share their noise, lower resolution makes a better guess; each by itself would be exact.
   const TemporaryFolder folder;
   std::mt19937 random(7);
   write_changed(sharp_scene(), folder.path(), [&](Photograph& photograph) {

@@ -28,7 +28,7 @@ BuildOptions all_stored() {
   return options;
 }
 
-// Where most of what a photograph shows is in others too.
+// A scene in which other photographs show most of what one shows.
 const std::filesystem::path& dense_scene() {
   static const TemporaryFolder folder;
   static const bool made = (write_apartment(folder.path(), 40), true);

@@ -36,7 +36,7 @@ Snapshot relief_snapshot() {
   return gallery.atlas.snapshot();
 }
 
-// As a viewer does, between four texels; 8-bit levels.
+// Samples as a viewer does, between four texels; 8-bit levels.
 glm::dvec3 sampled(const BaseTexture& texture, const glm::dvec2& share) {
   const Photograph& image = texture.image;
   const glm::dvec2 at = share * glm::dvec2(image.width, image.height) - 0.5;

@@ -39,7 +39,7 @@ double waves(double x, double y) {
   return 128 + 60 * std::sin(23 * x + 1) * std::cos(19 * y) + 30 * std::sin(71 * x + 43 * y);
 }
 
-// What is infinitely far, and a wall three units before the cameras.
+// An infinitely far background, and a wall three units before the cameras.
 double far_waves(const glm::dvec3& direction, const glm::dvec3& /*center*/) {
   return waves(direction.x / direction.z, direction.y / direction.z);
 }

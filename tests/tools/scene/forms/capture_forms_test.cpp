@@ -79,7 +79,7 @@ void write_colmap(const fs::path& scene, const std::vector<double>& lens) {
   write_file(scene / "sparse/images.bin", images.string());
 }
 
-// What a form loses by its digits.
+// The rounding of a form's digits.
 constexpr double kRounding = 1e-9;
 
 void check_same_cameras(const SceneViews& read, const SceneViews& expected, double rounding = kRounding) {
@@ -463,7 +463,7 @@ TEST_CASE("Metashape: k4, a skew and growing tangential terms are in the lens th
   const std::string all =
       "<f>50</f><cx>1</cx><cy>-2</cy><b1>3</b1><b2>4</b2><k1>0.1</k1><k2>0.2</k2><k3>0.3</k3><k4>0.4</k4><p1>0.01</p1>"
       "<p2>0.02</p2><p3>0.5</p3><p4>0.6</p4>";
-  // As the manual writes it: at (x, y) = (0.3, -0.4), r^2 is 1/4. Of a fisheye the angle takes the tangent's place.
+  // The manual's example: at (x, y) = (0.3, -0.4), r^2 is 1/4. For a fisheye the angle takes the tangent's place.
   for (const bool fisheye : {false, true}) {
     const double shrunk = fisheye ? std::atan(0.5) / 0.5 : 1;
     const double x = 0.3 * shrunk, y = -0.4 * shrunk, r2 = x * x + y * y;

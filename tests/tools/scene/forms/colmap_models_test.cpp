@@ -19,7 +19,7 @@ namespace fs = std::filesystem;
 using test::Bytes;
 using test::write_file;
 
-// A model of so many images, binary or text.
+// Writes a model of `images` images, binary or text.
 void write_model(const fs::path& folder, std::size_t images, bool binary = true) {
   Bytes records;
   std::string lines;

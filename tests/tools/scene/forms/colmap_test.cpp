@@ -21,7 +21,7 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr std::array<double, 4> kUpright{1, 0, 0, 0};
 constexpr std::array<double, 3> kOrigin{0, 0, 0};
 
-// What the parser says of the input; fails the test if it takes it.
+// Returns the parser's complaint about the input; fails the test if there is none.
 template <typename Parse>
 std::string parse_complaint(Parse parse) {
   try {

@@ -59,7 +59,7 @@ std::vector<CameraModel> one_of_each() {
           lens_with(kBrownFisheye, {0.01, -0.03, 0.01, 0.002, -0.001, 0.001, -0.002, 0.1, -0.05})};
 }
 
-// Where the lens images the direction, in units of the focal lengths from the principal point.
+// Returns the position at which the lens images the direction, in units of the focal lengths from the principal point.
 glm::dvec2 distorted(const CameraModel& lens, const glm::dvec3& direction) {
   const std::optional<glm::dvec2> image = image_from_cam(lens, direction);
   REQUIRE(image);

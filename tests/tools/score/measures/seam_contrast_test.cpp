@@ -96,7 +96,7 @@ TEST_CASE("an edge of the photograph that the rendering reproduces is no seam") 
   const Wall wall;
   const Photograph edge = picture([](int x, int, int) { return x < static_cast<int>(kWidth) / 2 ? 40 : 200; });
   CHECK(wall.contrast(edge, edge) == 0);
-  // What the rendering smears is an error at the border: half the edge is missing there.
+  // The smeared edge of the rendering is an error at the border: half the edge is missing there.
   const Photograph flat = picture([](int, int, int) { return 120; });
   CHECK(wall.contrast(flat, edge) == Approx(160));
 }

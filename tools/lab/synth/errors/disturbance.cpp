@@ -17,7 +17,7 @@ namespace {
 
 using glm::dvec3;
 
-// What random numbers are for; 1 and 2 are taken by the sparse points and the grain of the photographs.
+// Uses of random numbers; 1 and 2 are taken by the sparse points and the grain of the photographs.
 enum PhotographUse : std::uint64_t {
   kPoseNoise = 3,
   kExposure,

@@ -18,9 +18,9 @@ namespace lumatlas::synth {
 struct Disturbance {
   Camera written;              // the true camera with the pose that is written
   bool wrong = false;          // plainly, rather than by pose noise
-  double displacement_px = 0;  // of the surface in the picture, root mean square; infinite where part of it is behind
+  double displacement_px = 0;  // the surface's in the picture, root mean square; infinite where part of it is behind
   Exposure exposure;
-  double blur_px = 0;  // by how much the surface moves in the picture while the shutter is open, root mean square
+  double blur_px = 0;  // how far the surface moves in the picture while the shutter is open, root mean square
   std::optional<PasserBy> passer_by;
 };
 

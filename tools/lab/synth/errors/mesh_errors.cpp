@@ -18,7 +18,7 @@ namespace {
 
 using glm::dvec3;
 
-enum MeshUse : std::uint64_t { kMeshNoise = 0x6d657368, kHoles };  // what random numbers are for
+enum MeshUse : std::uint64_t { kMeshNoise = 0x6d657368, kHoles };  // uses of random numbers
 
 // Twice the area, along the normal.
 dvec3 area_vector(const Mesh& mesh, const glm::uvec3& f) {

@@ -30,7 +30,7 @@ glm::vec3 strong_color(Random& random) {
 }
 
 struct Person {
-  dvec2 place;    // of the feet
+  dvec2 place;    // the feet's
   double floor;   // z
   double height;  // scene units
   double yaw;     // radians; the person walks towards its own +y

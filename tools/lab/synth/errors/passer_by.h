@@ -16,7 +16,7 @@ inline constexpr double kLeastPasserBy = 0.03;  // share of the picture that a p
 
 struct PasserBy {
   Visitor visitor;
-  double share;  // of the picture, >= kLeastPasserBy
+  double share;  // share of the picture, >= kLeastPasserBy
 };
 
 // A person of boxes on the floor, 1 to 3 m from the camera across the floor, clear of walls and furniture; place,
@@ -24,8 +24,8 @@ struct PasserBy {
 [[nodiscard]] std::optional<PasserBy> find_passer_by(const Scene& scene, const Tracer& tracer, const Camera& camera,
                                                      std::uint64_t seed);
 
-// Whether a ball of this radius touches no solid: its centre and the ends of its axes are in the air of the rooms, and
-// nothing is between them.
+// Returns whether a ball of this radius touches no solid: its centre and the ends of its axes are in the air of the
+// rooms, and nothing is between them.
 [[nodiscard]] bool is_free(const Scene& scene, const Tracer& tracer, const glm::dvec3& center, double radius);
 
 // White pixels' share of a mask.

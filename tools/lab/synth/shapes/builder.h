@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What the makers of scenes share: materials and boxes, by a few words each.
+// Shared by the makers of scenes: materials and boxes in short calls.
 #pragma once
 
 #include <array>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What the makers of rooms share: furniture that stands in more than one kind of scene.
+// Shared by the makers of rooms: furniture that stands in more than one kind of scene.
 #pragma once
 
 #include <cstdint>

@@ -304,7 +304,7 @@ Polyhedron unit_sphere() {
 }
 
 std::uint32_t sphere_steps(const Sphere& sphere, double max_edge) {
-  constexpr double kEdge = 1.2;  // of the icosahedron, about, once pushed out to the unit sphere's surface
+  constexpr double kEdge = 1.2;  // about the icosahedron's edge, once pushed out to the unit sphere's surface
   return steps(sphere.radius * kEdge / kSphereFrequency, max_edge);
 }
 

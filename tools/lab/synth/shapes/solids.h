@@ -24,7 +24,7 @@ struct BlockPart {
 };
 
 // The union of boxes that touch face to face (never overlap), turned by `yaw` about z and then moved to `origin`.
-// Where two parts touch there is no surface.
+// There is no surface where two parts touch.
 struct Block {
   glm::dvec3 origin{0.0};
   double yaw = 0;  // radians

@@ -61,7 +61,7 @@ constexpr std::array<std::array<std::uint8_t, 7>, 12> kGlyphs = {{
     {0x1f, 0x01, 0x02, 0x04, 0x08, 0x08, 0x08},
 }};
 
-// Whether a glyph covers a place of its box, [0, 1]^2 with y up; false outside.
+// Returns whether a glyph covers a point of its box, [0, 1]^2 with y up; false outside.
 bool glyph(std::uint64_t which, vec2 p) {
   if (p.x < 0 || p.x >= 1 || p.y <= 0 || p.y > 1) return false;
   const auto row = std::min<std::size_t>(6, static_cast<std::size_t>((1 - p.y) * 7));

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What the surfaces of a synthetic scene look like: coordinates on them, procedural patterns, gloss. A pattern is a
-// function of the place on the surface alone, so it does not change with the mesh's tessellation.
+// The appearance of surfaces in a synthetic scene: coordinates on them, procedural patterns, gloss. A pattern is a
+// function of the position on the surface alone, so it does not change with the mesh's tessellation.
 #pragma once
 
 #include <array>
@@ -31,7 +31,7 @@ enum class Pattern {
   screen,     // windows with lines of text
   cobbles,    // rounded stones of width `scale`, between colors[0] and [1], joints in colors[2]
   grass,      // between colors[0] and [1], a flower in every other square of side `scale`
-  bricks,     // of length `scale`, between colors[0] and [1], mortar in colors[2]
+  bricks,     // bricks of length `scale`, between colors[0] and [1], mortar in colors[2]
   shingles,   // rounded roof tiles of width `scale`, between colors[0] and [1], gaps in colors[2]
   foliage,    // leaves of length `scale`, between colors[0] and [1], on colors[2]
 };
@@ -39,11 +39,11 @@ enum class Pattern {
 struct Material {
   Pattern pattern = Pattern::plain;
   std::array<glm::vec3, 3> colors{glm::vec3(0.5F), glm::vec3(0.3F), glm::vec3(0.1F)};  // linear reflectances
-  float scale = 1;  // of the pattern's unit, scene units
+  float scale = 1;  // the pattern's unit, scene units
   // How wide the marks of cobbles, grass, bricks, shingles and foliage fade in, scene units, >= 0: a photograph whose
   // pixels are small against it has nothing to lose when it is resampled.
   float softness = 0;
-  std::uint32_t seed = 0;  // of the pattern's marks
+  std::uint32_t seed = 0;  // for the pattern's marks
   float gloss = 0;         // mirror reflectance at normal incidence, [0, 1]; 0: none at any angle
   float roughness = 0;     // radius of the reflection's lobe, at distance 1
   bool metal = false;      // no diffuse light; the mirror reflectance is the pattern's colour, whatever gloss is
@@ -70,7 +70,7 @@ struct Surface {
 // The colour in linear light, >= 0.
 [[nodiscard]] glm::vec3 pattern_color(const Material& material, const glm::vec2& st, const glm::vec2& size);
 
-// What lies beyond all surfaces: radiances, and clouds by the seed.
+// The sky beyond all surfaces: radiances, and clouds by the seed.
 struct Sky {
   glm::vec3 zenith{0.3F, 0.5F, 0.85F}, horizon{0.75F, 0.82F, 0.9F}, below{0.3F, 0.32F, 0.28F};
   std::uint32_t seed = 0;

@@ -77,7 +77,7 @@ std::optional<std::size_t> image_count(const Files& files) {
 
 struct Choice {
   Files files;
-  std::string note;  // of ColmapModel
+  std::string note;  // see ColmapModel
 };
 
 std::string count_text(const Candidate& candidate) {

@@ -66,8 +66,8 @@ struct ColmapPoint {
 
 struct ColmapModel {
   std::filesystem::path cameras_path, images_path;  // the files
-  std::vector<ColmapCamera> cameras;                // by id
-  std::vector<ColmapImage> images;                  // by name, in byte order; at least one
+  std::vector<ColmapCamera> cameras;                // sorted by id
+  std::vector<ColmapImage> images;                  // sorted by name, in byte order; at least one
   std::string note = {};                            // a sentence on which of several was read; empty: there is one
 
   // Every image's camera is there. Throws InputError for an id that no camera has.

@@ -19,7 +19,7 @@ namespace lumatlas {
 namespace {
 
 using colmap::fail;
-using colmap::Place;
+using colmap::FileLocation;
 
 static_assert(std::endian::native == std::endian::little, "COLMAP's files are read as they lie in memory");
 
@@ -33,7 +33,7 @@ class Cursor {
   [[nodiscard]] std::size_t remaining() const { return file_.size() - position_; }
 
   template <typename T>
-  T read(const Place& place) {
+  T read(const FileLocation& place) {
     if (remaining() < sizeof(T)) {
       fail(place, "the file ends inside it, at byte " + std::to_string(file_.size()) + ": it is cut off");
     }
@@ -43,7 +43,7 @@ class Cursor {
     return value;
   }
 
-  std::string_view read_name(const Place& place) {
+  std::string_view read_name(const FileLocation& place) {
     const auto* const begin = reinterpret_cast<const char*>(file_.data()) + position_;
     const std::string_view window(begin, std::min(remaining(), kLongestName + 1));
     const std::size_t length = window.find('\0');
@@ -55,7 +55,7 @@ class Cursor {
     return window.substr(0, length);
   }
 
-  void skip_points(const Place& place) {
+  void skip_points(const FileLocation& place) {
     const auto count = read<std::uint64_t>(place);
     if (count > remaining() / kPointBytes) {
       fail(place, "it claims " + std::to_string(count) + " points, but " + std::to_string(remaining()) +
@@ -92,7 +92,7 @@ void require_end(const Cursor& cursor, const std::filesystem::path& path, std::s
   }
 }
 
-std::uint32_t read_size(Cursor& cursor, const char* what, const Place& place) {
+std::uint32_t read_size(Cursor& cursor, const char* what, const FileLocation& place) {
   const auto size = cursor.read<std::int64_t>(place);  // COLMAP's type has no sign, but a negative one says more
   if (size < 1 || size > 65536) {
     fail(place, std::string(what) + " is " + std::to_string(size) + ", must be in [1, 65536]");
@@ -100,7 +100,7 @@ std::uint32_t read_size(Cursor& cursor, const char* what, const Place& place) {
   return static_cast<std::uint32_t>(size);
 }
 
-ColmapCamera read_camera(Cursor& cursor, const Place& place, BadPhotographs bad) {
+ColmapCamera read_camera(Cursor& cursor, const FileLocation& place, BadPhotographs bad) {
   ColmapCamera camera;
   camera.id = cursor.read<std::uint32_t>(place);
   const auto id = cursor.read<std::int32_t>(place);
@@ -119,7 +119,7 @@ ColmapCamera read_camera(Cursor& cursor, const Place& place, BadPhotographs bad)
 }
 
 template <std::size_t N>
-std::array<double, N> read_doubles(Cursor& cursor, const Place& place) {
+std::array<double, N> read_doubles(Cursor& cursor, const FileLocation& place) {
   std::array<double, N> values;
   for (double& value : values) {
     value = cursor.read<double>(place);
@@ -127,7 +127,7 @@ std::array<double, N> read_doubles(Cursor& cursor, const Place& place) {
   return values;
 }
 
-ColmapImage read_image(Cursor& cursor, const Place& place, BadPhotographs bad) {
+ColmapImage read_image(Cursor& cursor, const FileLocation& place, BadPhotographs bad) {
   const auto id = cursor.read<std::uint32_t>(place);
   const auto quaternion = read_doubles<4>(cursor, place);
   const auto translation = read_doubles<3>(cursor, place);
@@ -137,7 +137,7 @@ ColmapImage read_image(Cursor& cursor, const Place& place, BadPhotographs bad) {
   return colmap::checked_image(id, quaternion, translation, camera_id, name, place, bad);
 }
 
-ColmapPoint read_point(Cursor& cursor, const Place& place) {
+ColmapPoint read_point(Cursor& cursor, const FileLocation& place) {
   constexpr std::size_t kEntryBytes = 8;
   (void)cursor.read<std::uint64_t>(place);
   const auto position = read_doubles<3>(cursor, place);
@@ -183,7 +183,7 @@ std::vector<ColmapPoint> parse_points_binary(std::span<const std::byte> file, co
 std::vector<ColmapCamera> parse_cameras_binary(std::span<const std::byte> file, const std::filesystem::path& path,
                                                BadPhotographs bad) {
   constexpr std::size_t kSmallestRecord = 4 + 4 + 8 + 8 + 2 * 8;
-  const auto read = [bad](Cursor& cursor, const Place& place) { return read_camera(cursor, place, bad); };
+  const auto read = [bad](Cursor& cursor, const FileLocation& place) { return read_camera(cursor, place, bad); };
   std::vector<ColmapCamera> cameras = read_records(file, path, "cameras", "the camera at index", kSmallestRecord, read);
   colmap::check_unique(cameras, path);
   return cameras;
@@ -192,7 +192,7 @@ std::vector<ColmapCamera> parse_cameras_binary(std::span<const std::byte> file, 
 std::vector<ColmapImage> parse_images_binary(std::span<const std::byte> file, const std::filesystem::path& path,
                                              BadPhotographs bad) {
   constexpr std::size_t kSmallestRecord = 4 + 7 * 8 + 4 + 2 + 8;
-  const auto read = [bad](Cursor& cursor, const Place& place) { return read_image(cursor, place, bad); };
+  const auto read = [bad](Cursor& cursor, const FileLocation& place) { return read_image(cursor, place, bad); };
   std::vector<ColmapImage> images = read_records(file, path, "images", "the image at index", kSmallestRecord, read);
   colmap::check_unique(images, path, bad);
   return images;

@@ -21,7 +21,7 @@ std::string text_of(double value) {
   return buffer.data();
 }
 
-glm::dquat unit(const std::array<double, 4>& q, const Place& place) {
+glm::dquat unit(const std::array<double, 4>& q, const FileLocation& place) {
   double largest = 0;
   for (const double component : q) {
     if (!std::isfinite(component)) {
@@ -36,7 +36,7 @@ glm::dquat unit(const std::array<double, 4>& q, const Place& place) {
   return glm::normalize(glm::dquat(q[0] / largest, q[1] / largest, q[2] / largest, q[3] / largest));
 }
 
-void check_translation(const std::array<double, 3>& translation, const Place& place) {
+void check_translation(const std::array<double, 3>& translation, const FileLocation& place) {
   for (const double component : translation) {
     if (!(std::abs(component) <= kFarthest)) {
       fail(place, "its translation holds " + text_of(component) + ", must be within 1e12 of 0");
@@ -44,7 +44,7 @@ void check_translation(const std::array<double, 3>& translation, const Place& pl
   }
 }
 
-void check_name(std::string_view name, const Place& place) {
+void check_name(std::string_view name, const FileLocation& place) {
   if (name.empty()) {
     fail(place, "its name is empty, must be that of a photograph");
   }
@@ -82,7 +82,7 @@ std::optional<Repetition> first_repetition(const std::vector<Record>& records, K
 
 }  // namespace
 
-void fail(const Place& place, const std::string& reason) {
+void fail(const FileLocation& place, const std::string& reason) {
   throw InputError(place.path.string() + ": " + place.unit + " " + std::to_string(place.number) + ": " + reason);
 }
 
@@ -117,7 +117,7 @@ void check_or_keep(BadPhotographs bad, std::string& reason, const Check& check) 
 
 }  // namespace
 
-void check_camera(ColmapCamera& camera, const Place& place, BadPhotographs bad) {
+void check_camera(ColmapCamera& camera, const FileLocation& place, BadPhotographs bad) {
   check_or_keep(bad, camera.bad, [&] {
     try {
       check(camera.lens);
@@ -130,7 +130,7 @@ void check_camera(ColmapCamera& camera, const Place& place, BadPhotographs bad) 
 
 ColmapImage checked_image(std::uint32_t id, const std::array<double, 4>& quaternion,
                           const std::array<double, 3>& translation, std::uint32_t camera_id, std::string_view name,
-                          const Place& place, BadPhotographs bad) {
+                          const FileLocation& place, BadPhotographs bad) {
   check_name(name, place);
   ColmapImage image{id, camera_id, std::string(name)};
   check_or_keep(bad, image.bad, [&] {
@@ -141,7 +141,7 @@ ColmapImage checked_image(std::uint32_t id, const std::array<double, 4>& quatern
   return image;
 }
 
-void check_point(const ColmapPoint& point, const Place& place) {
+void check_point(const ColmapPoint& point, const FileLocation& place) {
   for (int axis = 0; axis < 3; ++axis) {
     if (!(std::abs(point.position[axis]) <= kFarthest)) {
       fail(place, "its position holds " + text_of(point.position[axis]) + ", must be within 1e12 of 0");

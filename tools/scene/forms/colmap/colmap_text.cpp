@@ -20,7 +20,7 @@ namespace {
 
 using colmap::escaped_in_quotes;
 using colmap::fail;
-using colmap::Place;
+using colmap::FileLocation;
 
 bool is_blank(char c) {
   return c == ' ' || c == '\t' || c == '\r';
@@ -66,7 +66,7 @@ class Lines {
     return false;
   }
 
-  [[nodiscard]] std::uint64_t number() const { return number_; }  // of the last line, from 1
+  [[nodiscard]] std::uint64_t number() const { return number_; }  // the last line's, from 1
 
  private:
   std::string_view rest_;
@@ -82,9 +82,9 @@ bool parse(std::string_view text, T& value) {
 // The words of a line, one after the other.
 class Fields {
  public:
-  Fields(std::string_view line, const Place& place) : rest_(line), place_(place) {}
+  Fields(std::string_view line, const FileLocation& place) : rest_(line), place_(place) {}
 
-  [[nodiscard]] const Place& place() const { return place_; }
+  [[nodiscard]] const FileLocation& place() const { return place_; }
   [[nodiscard]] bool at_end() const { return rest_.empty(); }
 
   std::string_view word(const char* what) {
@@ -135,7 +135,7 @@ class Fields {
   }
 
   std::string_view rest_;
-  const Place& place_;
+  const FileLocation& place_;
 };
 
 void read_parameters(Fields& fields, CameraModel& lens) {
@@ -154,7 +154,7 @@ void read_parameters(Fields& fields, CameraModel& lens) {
   }
 }
 
-ColmapCamera read_camera(std::string_view line, const Place& place, BadPhotographs bad) {
+ColmapCamera read_camera(std::string_view line, const FileLocation& place, BadPhotographs bad) {
   Fields fields(line, place);
   ColmapCamera camera;
   camera.id = fields.id("camera id");
@@ -172,7 +172,7 @@ ColmapCamera read_camera(std::string_view line, const Place& place, BadPhotograp
   return camera;
 }
 
-ColmapImage read_image(std::string_view line, const Place& place, BadPhotographs bad) {
+ColmapImage read_image(std::string_view line, const FileLocation& place, BadPhotographs bad) {
   Fields fields(line, place);
   const std::uint32_t id = fields.id("image id");
   std::array<double, 4> quaternion;
@@ -187,7 +187,7 @@ ColmapImage read_image(std::string_view line, const Place& place, BadPhotographs
   return colmap::checked_image(id, quaternion, translation, camera_id, fields.rest("name"), place, bad);
 }
 
-ColmapPoint read_point(std::string_view line, const Place& place) {
+ColmapPoint read_point(std::string_view line, const FileLocation& place) {
   Fields fields(line, place);
   ColmapPoint point;
   (void)fields.word("point id");
@@ -216,7 +216,7 @@ bool holds_numbers(std::string_view line) {
   return std::all_of(line.begin(), line.end(), [](char c) { return kOfNumbers[static_cast<unsigned char>(c)]; });
 }
 
-void check_points(std::string_view line, const Place& place) {
+void check_points(std::string_view line, const FileLocation& place) {
   if (line.starts_with('#')) return;
   std::size_t words = 0;
   bool in_word = false;

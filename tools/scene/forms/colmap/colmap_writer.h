@@ -32,7 +32,7 @@ struct WrittenView {
   std::string name;  // relative to images/, with '/' between folders
   Camera camera;
   std::optional<CameraModel> lens = {};  // one of COLMAP's models; none: that of the camera, PINHOLE
-  std::uint32_t id = 0;                  // of the image; 0: its place in the order, from 1
+  std::uint32_t id = 0;                  // the image's; 0: its place in the order, from 1
 };
 
 // Writes cameras.bin, images.bin and points3D.bin into `folder`, which must exist. Images whose lenses are equal share

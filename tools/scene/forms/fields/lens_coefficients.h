@@ -12,7 +12,7 @@
 
 namespace lumatlas {
 
-// Whether a key is a name that some program gives to a coefficient or a list of these, such as "k1" or "omega".
+// Returns whether a key is a name that some program uses for a coefficient or a list of these, such as "k1" or "omega".
 [[nodiscard]] bool is_lens_coefficient(std::string_view key);
 
 // Throws InputError that names the place where `find` gives a coefficient that is not in `read` and is not 0. `lens` is

@@ -38,7 +38,7 @@ class TextNumbers {
 
   [[nodiscard]] bool at_end();  // nothing but blanks is left
   [[nodiscard]] char next();    // the first character of the next field, 0 at the end
-  [[nodiscard]] std::size_t line_number() const { return number_; }  // of what was read last
+  [[nodiscard]] std::size_t line_number() const { return number_; }  // the line that was read last
 
   // "PATH: line N: REASON", and the sentence for a text that ends too early.
   [[noreturn]] void refuse(const std::string& reason) const;
@@ -49,7 +49,7 @@ class TextNumbers {
 
   std::string_view rest_;  // after line_
   std::string_view line_;
-  std::size_t number_ = 0;  // of the line, from 1
+  std::size_t number_ = 0;  // the line's number, from 1
   const std::filesystem::path& path_;
 };
 

@@ -15,7 +15,7 @@ bool is_among(std::string_view key, std::span<const std::string_view> keys) {
   return std::find(keys.begin(), keys.end(), key) != keys.end();
 }
 
-// Whether a value is a number other than 0 or holds one, at any depth that parse_json() lets through.
+// Returns whether a value is a number other than 0 or holds one, at any depth that parse_json() lets through.
 bool holds_a_number(const nlohmann::json& value) {
   if (value.is_number()) return value.get<double>() != 0;
   if (value.is_string()) return parse_number(value.get_ref<const std::string&>()).value_or(0) != 0;

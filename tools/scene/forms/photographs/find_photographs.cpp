@@ -19,8 +19,8 @@ namespace fs = std::filesystem;
 
 // The folder that photographs are looked for in.
 struct PhotographFolder {
-  fs::path path;             // as it is opened
-  fs::path below_the_scene;  // what PosedPhotograph::file begins with; empty where that is not looked at
+  fs::path path;             // the path that is opened
+  fs::path below_the_scene;  // the beginning of PosedPhotograph::file; empty where that is not looked at
 };
 
 PhotographFolder folder_of(const fs::path& scene, const std::optional<fs::path>& images) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Where the photographs of a capture are on this computer.
+// Finds the photographs of a capture on this computer.
 //
 // A form names photographs as they lay where it was written: with a drive's letter, with backslashes, in a folder that
 // is called otherwise here, with another ending, or with accents that a file system has taken apart.

@@ -23,14 +23,14 @@ struct MeasuredExtent {
   [[nodiscard]] bool empty() const { return least_x > most_x; }
 };
 
-// How many times as wide and as high as the photographs the measured ones were: 1, or a whole number up to 8 where
-// measurements do not fit into photographs of `sizes`, but reach to within 4% of the rim of photographs that are so
-// many times as large. Both lists have one entry per photograph. Measurements are from the middle of the photograph,
+// Returns how many times as wide and as high as the photographs the measured ones were. It is 1, or a whole number up
+// to 8 if measurements do not fit into photographs of `sizes` but reach to within 4% of the rim of photographs that are
+// larger by this factor. Both lists have one entry per photograph. Measurements are from the middle of the photograph,
 // or from its corner if none is negative. Throws InputError that begins with `path` if there is no such number.
 [[nodiscard]] std::uint32_t measured_scale(const std::vector<MeasuredExtent>& extents,
                                            const std::vector<ImageSize>& sizes, const std::filesystem::path& path);
 
-// What measured_scale() assumes, for Capture::notes.
+// Returns the sentence for Capture::notes that states the assumption of measured_scale().
 [[nodiscard]] std::string measured_scale_note(std::uint32_t scale, const std::filesystem::path& path);
 
 }  // namespace lumatlas

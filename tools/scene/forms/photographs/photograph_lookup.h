@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What parsers of forms of capture need to know of photographs on disk.
+// Access to photographs on disk for the parsers of forms of capture.
 #pragma once
 
 #include <filesystem>
@@ -17,8 +17,9 @@ struct PhotographLookup {
   // The photograph that a form calls `label`, see PhotographNames::find_by_path(). Throws InputError for a label that
   // is several photographs.
   std::function<PosedPhotograph(std::string_view label)> find;
-  // In pixels, as stored; of a photograph that cannot be looked at, the size of one beside it, so that a scene can be
-  // listed whole and whoever comes to that photograph says what is wrong with it. Throws InputError if there is none.
+  // Returns the size in pixels, as stored. For a photograph that cannot be read it returns the size of one beside it,
+  // so that a scene can be listed whole, and the fault is reported when the photograph is needed. Throws InputError if
+  // there is none.
   std::function<ImageSize(const PosedPhotograph&)> size_of;
   BadPhotographs bad = BadPhotographs::refuse;
 };

@@ -26,7 +26,7 @@ class PhotographNames {
   // the longest first. Where none is found, returns the path itself if it stays in its folder, else its last part.
   [[nodiscard]] std::string find_by_path(std::string_view path) const;
 
-  // Whether a photograph has this name.
+  // Returns whether a photograph has this name.
   [[nodiscard]] bool has(const std::string& name) const;
 
  private:

@@ -1,8 +1,8 @@
 #version 300 es
-// A block of 4 x 4 texels of a stored photograph in the form BC7, for a texture of sRGB, in two of its eight modes:
-// mode 6 has a ramp of 16 steps for colour and alpha together; mode 4, for blocks in which they change apart, one of 4
-// steps for colour and one of 8 for alpha. Counterpart of atlas/tiles/bc7_block.cpp.
-// Source: the Khronos Data Format Specification, section "BPTC Compressed Texture Image Formats".
+// Compresses a block of 4 x 4 texels of a stored photograph to BC7, for a texture of sRGB, in two of its eight modes.
+// Mode 6 has a ramp of 16 steps for colour and alpha together. Mode 4, for blocks in which they change apart, has one
+// of 4 steps for colour and one of 8 for alpha. Counterpart of atlas/tiles/bc7_block.cpp. Source: the Khronos Data
+// Format Specification, section "BPTC Compressed Texture Image Formats".
 precision highp float;
 precision highp int;
 precision highp sampler2D;
@@ -12,15 +12,15 @@ precision highp usampler2D;
 
 layout(location = 0) out uvec4 block;
 
-const int kPowerSteps = 6;  // by which the direction is found in which the texels vary most
+const int kPowerSteps = 6;  // steps to find the direction in which the texels vary most
 const int kNoAlpha = -1;    // that all texels have
 
 // How a ramp is stored.
 struct RampFormat {
   vec4 channels;  // 1: it has that channel of colour and alpha
-  int bits;       // of an end in one channel
+  int bits;       // an end's in one channel
   bool is_shared; // a bit more, the lowest, which is the same in all channels
-  int most_code;  // of a texel
+  int most_code;  // a texel's
 };
 const RampFormat kAllOfMode6 = RampFormat(vec4(1.0), 7, true, 15);
 const RampFormat kColorOfMode4 = RampFormat(vec4(1.0, 1.0, 1.0, 0.0), 5, false, 3);
@@ -54,7 +54,7 @@ void add_code(inout uvec2 codes, int i, int code) {
   }
 }
 
-// Of the second end, in 64ths.
+// Returns the weight of the second end, in 64ths.
 float weight_of(int code, int most_code) {
   return float((64 * code + most_code / 2) / most_code);
 }
@@ -109,8 +109,8 @@ Ramp coded(End first, End second, RampFormat format) {
 }
 
 // Two ends of a line through the mean in the direction in which the channels vary most: of the least piece that has all
-// texels beside it. The power method begins at the texel farthest from the mean, for at right angles to the direction it
-// would not find it.
+// texels beside it. The power method begins at the texel farthest from the mean, for at right angles to the direction
+// it would not find it.
 void find_ends(RampFormat format, out vec4 first, out vec4 second) {
   vec4 mean = vec4(0.0);
   for (int i = 0; i < kTexels; ++i) mean += format.channels * texel_at(i) / float(kTexels);
@@ -140,7 +140,7 @@ void find_ends(RampFormat format, out vec4 first, out vec4 second) {
 
 // The ends that make the squared error least for the codes that the texels have; false where these say nothing.
 bool fit_ends(uvec2 codes, RampFormat format, out vec4 first, out vec4 second) {
-  vec3 sums = vec3(0.0);  // of the shares' squares and products
+  vec3 sums = vec3(0.0);  // sums of the shares' squares and products
   vec4 by_first = vec4(0.0), by_second = vec4(0.0);
   for (int i = 0; i < kTexels; ++i) {
     float share = weight_of(code_of(codes, i), format.most_code) / 64.0;
@@ -201,7 +201,7 @@ void begin_with_low_code(inout Ramp ramp, int most_code) {
   for (int i = 0; i < kTexels; ++i) add_code(ramp.codes, i, most_code - code_of(codes, i));
 }
 
-uvec4 words = uvec4(0u);  // of the block
+uvec4 words = uvec4(0u);  // the block
 int written = 0;          // bits
 
 void put(int value, int bits) {

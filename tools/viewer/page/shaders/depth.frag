@@ -5,12 +5,12 @@ precision highp int;
 precision highp sampler2D;
 precision highp usampler2D;
 
-uniform sampler2D seen_depths;  // of the nearest surface drawn by that of what is seen, 0: nothing; first row below
+uniform sampler2D seen_depths;  // depth of the nearest surface over that of the seen one, 0: nothing; first row below
 uniform usampler2D mask;      // validity; 1 at rims
-uniform ivec2 origin;         // of the view in the page, blocks
-uniform ivec2 size;           // of the view, pixels
-uniform float nearest;        // what depths are shares of, by the depth of the nearest surface drawn
-uniform float pixels;         // of the mask in one of the view, along a side
+uniform ivec2 origin;         // the view's in the page, blocks
+uniform ivec2 size;           // the view's, pixels
+uniform float nearest;        // the unit of depths over the depth of the nearest surface
+uniform float pixels;         // mask pixels in a pixel of the view, along a side
 
 layout(location = 0) out uvec4 block;
 
@@ -20,12 +20,12 @@ const float kFits = 0.002;
 const int kRefinements = 2;
 const float kRounding = 1.0 + 1e-6;
 
-float reciprocals[kPixels];  // of depth; 0: no surface
+float reciprocals[kPixels];  // 1 / depth; 0: no surface
 // A bit a pixel: those that may be asked for, those at rims, and those of the farther plane.
 uvec2 kept, rims, farther;
 
 struct Planes {
-  vec2 middle;  // of the nearer, of the farther
+  vec2 middle;  // the nearer one's, the farther one's
   vec2 slope;
   float error;
 };

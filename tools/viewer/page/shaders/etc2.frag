@@ -19,12 +19,12 @@ const int kRounds = 2;  // in which base and codes of a half follow each other
 // The most that a channel of a base may be: of two bases, and of a base and how much the other one differs from it.
 const float kMostOfTwo = 15.0, kMostOfPair = 31.0;
 
-// Where texels and their codes are in a block of the form: column by column.
+// Returns the number of a texel in a block of the form, whose order is column by column.
 int position(ivec2 place) {
   return kSide * place.x + place.y;
 }
 
-// Of a half's texel; halves are left and right, or, flipped, above and below.
+// Returns the place of a half's texel. Halves are left and right, or, flipped, above and below.
 ivec2 place_in_half(bool flipped, int second, int texel) {
   ivec2 place = ivec2(texel % 2 + 2 * second, texel / 2);
   return flipped ? place.yx : place;
@@ -155,7 +155,7 @@ Colors coded_as_plane() {
   uvec3 O = uvec3(o), H = uvec3(h), V = uvec3(v);
   uint bits = O.x << 25 | (O.y >> 6) << 24 | (O.y & 63u) << 17 | (O.z >> 5) << 16 | (O.z >> 3 & 3u) << 11 |
       (O.z & 7u) << 7 | (H.x >> 1) << 2 | 2u | (H.x & 1u);
-  // As a base and a difference red and green must stay within their range, and blue leave it.
+  // Sets unused bits so that red and green, as a base and a difference, stay within their range, and blue leaves it.
   if ((bits >> 27 & 15u) < 4u && (bits >> 26 & 1u) == 1u) bits |= 1u << 31;
   if ((bits >> 19 & 15u) < 4u && (bits >> 18 & 1u) == 1u) bits |= 1u << 23;
   bits |= (bits >> 11 & 3u) + (bits >> 8 & 3u) < 4u ? 1u << 10 : 7u << 13;
@@ -171,7 +171,7 @@ uvec2 color_block() {
   return best.bits;
 }
 
-// What is added to a base, times a multiplier.
+// The values that are added to a base, times a multiplier.
 const int kAlphaModifiers[128] = int[](
     -3, -6, -9, -15, 2, 5, 8, 14, -3, -7, -10, -13, 2, 6, 9, 12, -2, -5, -8, -13, 1, 4, 7, 12,
     -2, -4, -6, -13, 1, 3, 5, 12, -3, -6, -8, -12, 2, 5, 7, 11, -3, -7, -9, -11, 2, 6, 8, 10,
@@ -188,8 +188,8 @@ struct Alphas {
   float error;
 };
 
-// The nearest value for each texel; those that are valid stay valid, and those that are not, not. Of what has more
-// than `most` of error already not all is looked at.
+// Returns the nearest value for each texel. Valid texels stay valid, invalid ones invalid. Stops early if the error is
+// above `most`.
 Alphas coded_alphas(int base, int multiplier, int table, float most) {
   Alphas result = Alphas(base, multiplier, table, uvec2(0u), 0.0);
   for (int i = 0; i < kTexels && result.error < most; ++i) {
@@ -234,7 +234,7 @@ Alphas best_alphas() {
   return best;
 }
 
-// Of the form, the highest byte of a word is the first.
+// In the block's format the highest byte of a word comes first.
 uint swapped(uint word) {
   return word << 24 | (word & 0xFF00u) << 8 | (word >> 8 & 0xFF00u) | word >> 24;
 }

@@ -1,12 +1,12 @@
 #version 300 es
-// Whether what is at some pixels of a picture was photographed: as tools/picture/photographed_share.cpp has it.
+// Finds whether the surface at some pixels of a picture was photographed, as tools/picture/photographed_share.cpp does.
 #include "../../../../blend/shaders/picture.glsl"
 #include "../../../../blend/shaders/surface_texel.glsl"
 #include "../../../../blend/shaders/tables.glsl"
 #include "pixel_in_world.glsl"
 
 uniform usampler2D surfaces;
-uniform vec4 part;           // of the picture, first row below: where it begins, how many pixels a step is
+uniform vec4 part;           // the part of the picture, first row below: its beginning, pixels a step
 uniform float least_cosine;  // between the directions to the two cameras
 uniform float enlargement;   // how many times as far the stored one may be
 

@@ -1,5 +1,5 @@
 #version 300 es
-// What a picture is made of, in colours.
+// Draws the views and weights of a picture in colours.
 precision highp float;
 precision highp int;
 precision highp usampler2D;
@@ -9,7 +9,7 @@ precision highp usampler2D;
 #include "../../../../blend/shaders/srgb.glsl"
 
 uniform usampler2D surfaces;
-uniform usampler2D diagnosis;  // of diagnose.frag: valid views, winner, shares of the three best
+uniform usampler2D diagnosis;  // the output of diagnose.frag: valid views, winner, shares of the three best
 uniform int mode;              // 0: averaged colours, 1: geometry, 2: winner, 3: weights, 4: coverage
 
 layout(location = 0) out vec4 color;

@@ -1,6 +1,6 @@
 #version 300 es
 // Which stored views some pixels of a picture would be made of if all were on the GPU, best first, two to a number.
-// What hides the surface from them is not looked at, for cells refer to views that see them.
+// Occlusion is ignored, because cells refer to views that see them.
 #include "../../../../blend/shaders/picture.glsl"
 #include "../../../../blend/shaders/surface_texel.glsl"
 #include "../../../../blend/shaders/tables.glsl"
@@ -31,7 +31,8 @@ void rank_view(uint view, float weight) {
   }
 }
 
-// What share is left of a view's photograph where it shows the point that lies `away` from its centre; 0: it does not.
+// Returns which share is left of a view's photograph at the point that lies `away` from its centre; 0: it does not show
+// the point.
 float frame_at(uint view, vec3 away) {
   vec4 size = view_texel(view, 4u);
   vec2 image;

@@ -7,7 +7,7 @@ precision highp usampler2D;
 
 #include "photograph_texel.glsl"
 
-uniform ivec2 origin;  // of the view in the page, at this level
+uniform ivec2 origin;  // the view's in the page, at this level
 
 layout(location = 0) out vec4 texel;
 

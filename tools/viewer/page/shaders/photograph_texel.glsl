@@ -2,7 +2,7 @@
 // validity, as atlas/images/image_levels.cpp and tools/viewer/scaled_view.cpp have it.
 uniform sampler2D image;  // sRGB as it is in the file, first row above
 uniform usampler2D mask;  // validity, 0 to 255; 1 at rims
-uniform float pixels;     // of the photograph in a texel, along a side
+uniform float pixels;     // pixels of the photograph in a texel, along a side
 
 vec3 linear_from_srgb(vec3 c) {
   return mix(c / 12.92, pow((c + 0.055) / 1.055, vec3(2.4)), greaterThan(c, vec3(0.04045)));
