@@ -38,7 +38,7 @@ struct Walk {
   TemporaryFolder folder;
   fs::path images = folder / "scene/path/images";
   Outcome synth = lumatlas_here({"synth", "apartment", "-o", (folder / "scene").string(), "--photographs", "2",
-                                 "--width", "288", "--height", "216", "--path-frames", std::to_string(kWalkPictures),
+                                 "--width", "240", "--height", "180", "--path-frames", std::to_string(kWalkPictures),
                                  "--path-step", "0.04", "--samples", "1", "--triangles", "4000", "--quiet"});
 };
 
