@@ -2,6 +2,12 @@
 # What every module of lumatlas has in common: one static library, an alias, warnings, sanitizers, and its place in the
 # installed package (LumatlasInstall.cmake).
 
+# Ninja compiles in the build folder: named from there, the file is the same for ccache in every checkout.
+set(lumatlas_sanitizer_ignores ${PROJECT_SOURCE_DIR}/tools/cmake/sanitizer-ignores.txt)
+if(CMAKE_GENERATOR STREQUAL "Ninja")
+  file(RELATIVE_PATH lumatlas_sanitizer_ignores ${CMAKE_BINARY_DIR} ${lumatlas_sanitizer_ignores})
+endif()
+
 function(lumatlas_compile_options target)
   target_compile_features(${target} PUBLIC cxx_std_20)
   target_compile_options(${target} PRIVATE -Wall -Wextra -Wpedantic -Wshadow -Wconversion -Wno-sign-conversion
@@ -16,7 +22,7 @@ function(lumatlas_compile_options target)
   if(LUMATLAS_SANITIZE)
     target_compile_options(${target} PUBLIC -fsanitize=${LUMATLAS_SANITIZE} -fno-omit-frame-pointer
                                             -fno-sanitize-recover=all
-      $<$<CXX_COMPILER_ID:Clang>:-fsanitize-ignorelist=${PROJECT_SOURCE_DIR}/tools/cmake/sanitizer-ignores.txt>)
+      $<$<CXX_COMPILER_ID:Clang>:-fsanitize-ignorelist=${lumatlas_sanitizer_ignores}>)
     target_link_options(${target} PUBLIC -fsanitize=${LUMATLAS_SANITIZE})
     # GCC's documentation warns of false alarms from this one in sanitized code.
     target_compile_options(${target} PRIVATE $<$<CXX_COMPILER_ID:GNU>:-Wno-maybe-uninitialized>)

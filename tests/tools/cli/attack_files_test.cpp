@@ -34,7 +34,7 @@ struct Made {
   std::string model = (folder / "model").string();
   Outcome synth = lumatlas({"synth", "apartment", "-o", scene, "--photographs", "8", "--width", "64", "--height", "48",
                             "--samples", "2", "--triangles", "3000", "--quiet"});
-  Outcome build = lumatlas({"build", scene, "-o", model, "--hold", "4", "--refine", "none", "--quiet"});
+  Outcome build = lumatlas({"build", scene, kLargeCells, "-o", model, "--hold", "4", "--refine", "none", "--quiet"});
 };
 const Made& made() {
   static const Made once;
@@ -77,10 +77,10 @@ TEST_CASE("pictures, models and scenes that a disk does not take to the end are 
   const std::vector<Arguments> runs{
       depth_pictures(out),
       {"render", made().model, "--orbit", "--frames", "1", "--mode", "depth", "--format", "exr", "-o", out, "--quiet"},
-      {"synth", "apartment", "-o", out, "--photographs", "2", "--width", "200", "--height", "200", "--samples", "1",
-       "--quiet"},
-      {"build", made().scene, "-o", out, "--refine", "none", "--quiet"},
-      {"build", made().scene, "-o", out + ".glb", "--refine", "none", "--quiet"},
+      {"synth", "apartment", "-o", out, "--photographs", "2", "--width", "64", "--height", "48", "--samples", "1",
+       "--triangles", "3000", "--quiet"},
+      {"build", made().scene, kLargeCells, "-o", out, "--refine", "none", "--quiet"},
+      {"build", made().scene, kLargeCells, "-o", out + ".glb", "--refine", "none", "--quiet"},
       {"export", made().model, "--to", "obj", "--texture", "512", "-o", out, "--quiet"},
       {"export", made().model, "--to", "web", "-o", out, "--quiet"},
       {"export", made().model, "--to", "web", "-o", out + ".html", "--quiet"},
@@ -104,8 +104,8 @@ TEST_CASE("progress is not written into an output where a stream is closed") {
     CAPTURE(stream);
     const TemporaryFolder folder;
     const std::string out = (folder / "out.glb").string();
-    const Outcome outcome =
-        lumatlas({"build", made().scene, "-o", out, "--refine", "none", "--verbose"}, [&] { close(stream); });
+    const Outcome outcome = lumatlas({"build", made().scene, kLargeCells, "-o", out, "--refine", "none", "--verbose"},
+                                     [&] { close(stream); });
     CHECK(outcome.status == (stream == 1 ? 1 : 0));  // the summary could not be told
     CHECK(lumatlas({"inspect", out}).status == 0);
     CHECK(bytes_of(out).starts_with("glTF"));
@@ -126,7 +126,7 @@ TEST_CASE("whichever streams are closed, a run ends as it should and its output 
                            "--no-alignment", "-o",         out,       "--baselines", "none"};
   const bool opengl = lumatlas(validate).status == 0;  // validate needs it
   std::vector<std::pair<Arguments, const char*>> runs{
-      {{"build", made().scene, "-o", out, "--refine", "none"}, "scene.gltf"},
+      {{"build", made().scene, kLargeCells, "-o", out, "--refine", "none"}, "scene.gltf"},
       {depth_pictures(out, "1"), "00000.png"},
   };
   if (opengl) runs.emplace_back(validate, "index.html");
@@ -153,10 +153,9 @@ TEST_CASE("whichever streams are closed, a model is served until Ctrl-C, or refu
     });
     const bool can_tell = (closed & 2) == 0;
     if (can_tell) Run::wait_until([&] { return run.out().find("http://") != std::string::npos; });
-    if (!can_tell) std::this_thread::sleep_for(std::chrono::seconds(3));
+    if (!can_tell) Run::wait_until([&] { return run.has_ended(); });
     run.send(SIGINT);
-    const int status = run.wait().status;
-    CHECK((status == -SIGINT || (!can_tell && status == 1)));
+    CHECK(run.wait().status == (can_tell ? -SIGINT : 1));
   }
 }
 
@@ -164,9 +163,9 @@ TEST_CASE("where standard output takes no result, the output that is complete st
   const TemporaryFolder folder;
   const std::string out = (folder / "out").string();
   const std::vector<Arguments> runs{
-      {"build", made().scene, "-o", out, "--refine", "none", "--quiet"},
-      {"build", made().scene, "-o", out, "--refine", "none", "--quiet", "--json"},
-      {"build", made().scene, "-o", out + ".glb", "--refine", "none", "--quiet", "--json"},
+      {"build", made().scene, kLargeCells, "-o", out, "--refine", "none", "--quiet"},
+      {"build", made().scene, kLargeCells, "-o", out, "--refine", "none", "--quiet", "--json"},
+      {"build", made().scene, kLargeCells, "-o", out + ".glb", "--refine", "none", "--quiet", "--json"},
       depth_pictures(out, "1"),
       {"mesh", made().scene, "-o", out + ".ply", "--from", "points", "--quiet"},
       {"export", made().model, "-o", out + "-page", "--to", "web", "--quiet", "--json"},
@@ -234,7 +233,8 @@ TEST_CASE("an output never takes the place of what another command or a person w
   CHECK(bytes_of(model / "notes.txt") == "precious");
   CHECK(lumatlas({"inspect", model.string()}).status == 0);
   fs::remove(model / "notes.txt");
-  CHECK(lumatlas({"build", made().scene, "-o", model.string(), "--refine", "none", "--quiet"}).status == 0);
+  CHECK(lumatlas({"build", made().scene, kLargeCells, "-o", model.string(), "--refine", "none", "--quiet"}).status ==
+        0);
 }
 
 TEST_CASE("charts do not replace a page that a person wrote") {
@@ -249,7 +249,8 @@ TEST_CASE("charts do not replace a page that a person wrote") {
 
 TEST_CASE("a .glb that lumatlas wrote is replaced") {
   const TemporaryFolder folder;
-  const Arguments build{"build", made().scene, "-o", (folder / "x.glb").string(), "--refine", "none", "--quiet"};
+  const Arguments build{"build",    made().scene, kLargeCells, "-o", (folder / "x.glb").string(),
+                        "--refine", "none",       "--quiet"};
   REQUIRE(lumatlas(build).status == 0);
   const std::string first = bytes_of(folder / "x.glb");
   REQUIRE(lumatlas(build).status == 0);
@@ -356,8 +357,8 @@ TEST_CASE("a machine without a library of OpenGL is told which one to install") 
                 "neither libOpenGL.so.0 nor libGL.so.1 can be loaded");
   CHECK(names_in(folder.path()).empty());
 
-  const Outcome built = lumatlas({"build", made().scene, "-o", (folder / "model").string(), "--budget", "auto",
-                                  "--loss", "3", "--refine", "none", "--json", "--quiet"},
+  const Outcome built = lumatlas({"build", made().scene, kLargeCells, "-o", (folder / "model").string(), "--budget",
+                                  "auto", "--loss", "3", "--refine", "none", "--json", "--quiet"},
                                  without("libEGL.so.1"));
   REQUIRE(built.status == 0);
   CHECK_THAT(built.err, Catch::Contains("what it costs cannot be measured: no OpenGL: libEGL.so.1 cannot be loaded"));

@@ -28,7 +28,7 @@ struct Damaged {
     }
   }
   [[nodiscard]] Arguments build(const std::string& output) const {
-    return {"build", scene, "-o", output, "--hold", "4", "--refine", "none", "--json", "--quiet"};
+    return {"build", scene, kLargeCells, "-o", output, "--hold", "4", "--refine", "none", "--json", "--quiet"};
   }
 };
 

@@ -31,13 +31,15 @@ namespace {
 
 using namespace capturing;
 
-// Sixty pictures of a walk through a room of the apartment, made at the first call.
+// Pictures of a walk through a room of the apartment, made at the first call.
+constexpr std::size_t kWalkPictures = 36;
+
 struct Walk {
   TemporaryFolder folder;
   fs::path images = folder / "scene/path/images";
-  Outcome synth =
-      lumatlas_here({"synth", "apartment", "-o", (folder / "scene").string(), "--photographs", "2", "--path-frames",
-                     "60", "--path-step", "0.04", "--samples", "1", "--triangles", "4000", "--quiet"});
+  Outcome synth = lumatlas_here({"synth", "apartment", "-o", (folder / "scene").string(), "--photographs", "2",
+                                 "--width", "240", "--height", "180", "--path-frames", std::to_string(kWalkPictures),
+                                 "--path-step", "0.04", "--samples", "1", "--triangles", "4000", "--quiet"});
 };
 
 const fs::path& walk_images() {
@@ -46,7 +48,7 @@ const fs::path& walk_images() {
   return walk.images;
 }
 
-// Twenty seconds of the walk.
+// Twelve seconds of the walk.
 fs::path walk_video(const TemporaryFolder& folder) {
   const fs::path video = folder / "walk.mp4";
   REQUIRE(run_to_end({find_program("ffmpeg"),
@@ -199,10 +201,10 @@ TEST_CASE("a video goes the whole way to a page for browsers by the COLMAP that 
   Arguments arguments = capture_of(walk_video(folder), model);
   arguments.insert(arguments.end(), {"--matching", "sequential"});
   const json result = printed(lumatlas_here(arguments));
-  CHECK(result["videos"][0]["frames"] == 60);
+  CHECK(result["videos"][0]["frames"] == kWalkPictures);
   const std::size_t taken = result["photographs"]["count"];
   CHECK(taken >= 12);
-  CHECK(taken < 60);
+  CHECK(taken < kWalkPictures);
   CHECK(result["photographs"]["missed"].size() * 4 <= taken);
   check_page(folder, model);
 }

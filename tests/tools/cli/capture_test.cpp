@@ -270,7 +270,9 @@ TEST_CASE("a folder of photographs may have any name, and what was done there is
     const fs::path photographs = room.work().parent_path() / name,
                    model = room.work().parent_path() / (std::string("m") + name);
     fs::rename(room.photographs(), photographs);
-    const Arguments arguments{"capture", photographs.string(), "-o", model.string(), "--json"};
+    // The first capture matches its photographs for a mesh, the others take the points alone, which is quicker.
+    Arguments arguments{"capture", photographs.string(), "-o", model.string(), "--json"};
+    if (name != std::string("caf\xe9")) arguments.insert(arguments.end(), {"--from", "points"});
     CHECK(done_before(printed(lumatlas_here(arguments))).empty());
     CHECK_FALSE(room.calls().empty());
     CHECK(done_before(printed(lumatlas_here(arguments))) == "features matching mapping mesh build ");

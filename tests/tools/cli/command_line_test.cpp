@@ -64,7 +64,7 @@ std::vector<std::string> picture_bytes(const fs::path& folder) {
 TEST_CASE("a model may be one file: it renders the same pictures as the folder, and tells how it was built") {
   const TemporaryFolder folder;
   const std::string file = (folder / "model.glb").string();
-  REQUIRE(lumatlas_here({"build", made().scene, "-o", file, "--hold", "4", "--quiet"}).status == 0);
+  REQUIRE(lumatlas_here({"build", made().scene, kLargeCells, "-o", file, "--hold", "4", "--quiet"}).status == 0);
   CHECK(names_in(folder.path()) == std::vector<std::string>{"model.glb"});
   const std::string from_folder = (folder / "a").string(), from_file = (folder / "b").string();
   REQUIRE(lumatlas_here({"render", made().model, "--views", made().scene, "-o", from_folder, "--quiet"}).status == 0);
@@ -80,9 +80,10 @@ TEST_CASE("a model may be one file: it renders the same pictures as the folder, 
 
 TEST_CASE("inspect tells a model from a scene") {
   const TemporaryFolder folder;
-  const std::string file = (folder / "model.glb").string();
-  const nlohmann::json summary = nlohmann::json::parse(made().build.out);
-  const nlohmann::json whole = nlohmann::json::parse(lumatlas_here({"inspect", made().model, "--json"}).out);
+  const std::string unbounded = (folder / "unbounded.glb").string(), file = (folder / "model.glb").string();
+  const Outcome built = lumatlas_here({"build", made().scene, "-o", unbounded, "--hold", "4", "--json", "--quiet"});
+  const nlohmann::json summary = nlohmann::json::parse(built.out);
+  const nlohmann::json whole = nlohmann::json::parse(lumatlas_here({"inspect", unbounded, "--json"}).out);
   CHECK(whole["views"]["count"] == summary["views"]["stored"]);
   CHECK(whole["references"]["per_cell"] == summary["references_per_cell"]);
   CHECK(whole["texels"]["resident"] == summary["texels"]["resident"]);
@@ -107,8 +108,8 @@ TEST_CASE("inspect tells a model from a scene") {
 TEST_CASE("a model that is as small as a bound on the loss allows says what it gave up, and how much that may cost") {
   const TemporaryFolder folder;
   const std::string model = (folder / "model").string();
-  const Outcome built = lumatlas_here({"build", made().scene, "-o", model, "--budget", "auto", "--loss", "1.5",
-                                       "--refine", "none", "--json", "--quiet"});
+  const Outcome built = lumatlas_here({"build", made().scene, kLargeCells, "-o", model, "--budget", "auto", "--loss",
+                                       "1.5", "--refine", "none", "--json", "--quiet"});
   REQUIRE(built.status == 0);
   const nlohmann::json parsimony = nlohmann::json::parse(built.out)["parsimony"];
   CHECK(parsimony["bound_db"] == 1.5);
@@ -120,7 +121,8 @@ TEST_CASE("a model that is as small as a bound on the loss allows says what it g
   CHECK(options_beside(model)["faces_pixels"] == 0.5);  // a small model has no faces that no picture shows
   CHECK(options_beside(made().model)["faces_pixels"] == 0);
   const auto faces_pixels = [&](const Arguments& budget) {
-    Arguments arguments{"build", made().scene, "-o", (folder / "bounded").string(), "--refine", "none", "--quiet"};
+    Arguments arguments{"build",    made().scene, kLargeCells, "-o", (folder / "bounded").string(),
+                        "--refine", "none",       "--quiet"};
     arguments.insert(arguments.end(), budget.begin(), budget.end());
     REQUIRE(lumatlas_here(arguments).status == 0);
     return options_beside(folder / "bounded")["faces_pixels"];
@@ -130,8 +132,8 @@ TEST_CASE("a model that is as small as a bound on the loss allows says what it g
   CHECK(faces_pixels({"--budget", "5Mtexels"}) == 0);  // which do not bound the mesh
   CHECK(faces_pixels({"--budget", "50MB", "--layout", "layers"}) == 0);
   for (const Arguments& all_faces : {Arguments{"--faces", "keep"}, Arguments{"--loss", "0"}}) {
-    Arguments arguments{"build",    made().scene, "-o",     (folder / "other").string(), "--budget", "auto",
-                        "--refine", "none",       "--quiet"};
+    Arguments arguments{"build",    made().scene, kLargeCells, "-o",   (folder / "other").string(),
+                        "--budget", "auto",       "--refine",  "none", "--quiet"};
     arguments.insert(arguments.end(), all_faces.begin(), all_faces.end());
     REQUIRE(lumatlas_here(arguments).status == 0);
     CHECK(options_beside(folder / "other")["faces_pixels"] == 0);
@@ -164,7 +166,7 @@ TEST_CASE("export writes one file or a folder, and replaces nothing but an earli
   // It is no model, and a model is no export.
   check_failure(lumatlas_here({"inspect", file}), "plain.glb");
   const std::string model = (folder / "model.glb").string();
-  REQUIRE(lumatlas_here({"build", made().scene, "-o", model, "--refine", "none", "--quiet"}).status == 0);
+  REQUIRE(lumatlas_here({"build", made().scene, kLargeCells, "-o", model, "--refine", "none", "--quiet"}).status == 0);
   const std::string kept = bytes_of(model);
   check_failure(lumatlas_here({"export", made().model, "-o", model, "--quiet"}),
                 "nothing that `lumatlas export` wrote");
@@ -195,8 +197,9 @@ TEST_CASE("export --from reads what the model did not keep, and nothing that was
   const fs::path scene = folder / "scene";
   fs::copy(made().scene, scene, fs::copy_options::recursive);
   const std::string model = (folder / "model").string(), out = (folder / "plain.glb").string();
-  REQUIRE(lumatlas_here({"build", scene.string(), "-o", model, "--hold", "4", "--max-views", "3", "--quiet"}).status ==
-          0);
+  REQUIRE(
+      lumatlas_here({"build", scene.string(), kLargeCells, "-o", model, "--hold", "4", "--max-views", "3", "--quiet"})
+          .status == 0);
   std::vector<std::string> names = names_in(scene / "images");
   std::sort(names.begin(), names.end());
   REQUIRE(names.size() == 12);
@@ -554,16 +557,17 @@ TEST_CASE("a budget bounds the store in bytes, whatever its unit, and is told be
                                     {"97KiB", 97 * 1024},
                                     {"1mb", 1000000}}) {
     CAPTURE(size);
-    const Outcome outcome = lumatlas_here({"build", made().scene, "-o", model, "--layout", "layers", "--budget", size,
-                                           "--min-gain", "0", "--refine", "none", "--json", "--quiet"});
+    const Outcome outcome =
+        lumatlas_here({"build", made().scene, kLargeCells, "-o", model, "--layout", "layers", "--budget", size,
+                       "--min-gain", "0", "--refine", "none", "--json", "--quiet"});
     REQUIRE(outcome.status == 0);
     const nlohmann::json summary = nlohmann::json::parse(outcome.out);
     CHECK(summary["bytes"]["resident"] == std::min<std::uint64_t>(bytes / per_view, 12) * per_view);
     CHECK(options_beside(model)["budget"] == bytes);
     CHECK(options_beside(model)["max_views"].is_null());
   }
-  const Outcome both = lumatlas_here({"build", made().scene, "-o", model, "--layout", "layers", "--budget", "1MiB",
-                                      "--max-views", "2", "--min-gain", "0", "--refine", "none", "--quiet"});
+  const Outcome both = lumatlas_here({"build", made().scene, kLargeCells, "-o", model, "--layout", "layers", "--budget",
+                                      "1MiB", "--max-views", "2", "--min-gain", "0", "--refine", "none", "--quiet"});
   REQUIRE(both.status == 0);
   CHECK_THAT(both.out,
              Catch::StartsWith(model + ": 2 of 12 views stored (") && Catch::Contains("; photographs 0.1 MB of 0.1\n"));
@@ -572,9 +576,9 @@ TEST_CASE("a budget bounds the store in bytes, whatever its unit, and is told be
 TEST_CASE("tiles are bounded in bytes or texels, and what is shown with all of them is what layers show") {
   const TemporaryFolder folder;
   const auto build = [&](const std::string& name, const Arguments& more) {
-    Arguments arguments{"build",      made().scene, "-o",       (folder / name).string(),
-                        "--min-gain", "0",          "--refine", "none",
-                        "--hold",     "3",          "--json",   "--quiet"};
+    Arguments arguments{"build",      made().scene, kLargeCells, "-o",   (folder / name).string(),
+                        "--min-gain", "0",          "--refine",  "none", "--hold",
+                        "3",          "--json",     "--quiet"};
     arguments.insert(arguments.end(), more.begin(), more.end());
     const Outcome outcome = lumatlas_here(arguments);
     REQUIRE(outcome.status == 0);
@@ -606,7 +610,8 @@ TEST_CASE(
     "views may be offered in another order, chosen otherwise, and by another measure, which is told beside them") {
   const TemporaryFolder folder;
   const std::string model = (folder / "model").string();
-  const Arguments base{"build", made().scene, "-o", model, "--max-views", "3", "--refine", "none", "--json", "--quiet"};
+  const Arguments base{"build", made().scene, kLargeCells, "-o",     model,    "--max-views",
+                       "3",     "--refine",   "none",      "--json", "--quiet"};
   const auto with = [&](const Arguments& more) {
     Arguments arguments = base;
     arguments.insert(arguments.end(), more.begin(), more.end());
@@ -674,7 +679,8 @@ TEST_CASE("spaces, other scripts and line breaks in names are names") {
   const std::string scene = (folder / "my scene \xc3\xbc \xe2\x98\x83").string();
   const std::string model = (folder / "ein modell \xc3\xbc").string();
   fs::copy(made().scene, scene, fs::copy_options::recursive);
-  const Outcome build = lumatlas_here({"build", scene, "-o", model, "--hold", "4", "--refine", "none", "--quiet"});
+  const Outcome build =
+      lumatlas_here({"build", scene, kLargeCells, "-o", model, "--hold", "4", "--refine", "none", "--quiet"});
   REQUIRE(build.status == 0);
   CHECK_THAT(build.out, Catch::StartsWith(model + ": "));
   const nlohmann::json inspected = nlohmann::json::parse(lumatlas_here({"inspect", scene, "--json", "--quiet"}).out);
@@ -701,7 +707,8 @@ TEST_CASE("a photograph whose name is not UTF-8 is refused by build, which could
 TEST_CASE("build ends with the lines to type next, unless it is to be quiet") {
   const TemporaryFolder folder;
   const std::string model = (folder / "my model.glb").string();
-  const Outcome built = lumatlas_here({"build", made().scene, "-o", model, "--hold", "4", "--refine", "none"});
+  const Outcome built =
+      lumatlas_here({"build", made().scene, kLargeCells, "-o", model, "--hold", "4", "--refine", "none"});
   REQUIRE(built.status == 0);
   CHECK_THAT(built.err, Catch::Contains("look at it: lumatlas view '" + model + "'\n"));
   CHECK_THAT(built.err,
@@ -735,7 +742,7 @@ TEST_CASE("damaged photographs are named in one line, of whoever reads them") {
 TEST_CASE("a model that was built from every view is not validated, but built anew with advice") {
   const TemporaryFolder folder;
   const std::string model = (folder / "model").string();
-  REQUIRE(lumatlas_here({"build", made().scene, "-o", model, "--quiet"}).status == 0);
+  REQUIRE(lumatlas_here({"build", made().scene, kLargeCells, "-o", model, "--quiet"}).status == 0);
   check_failure(lumatlas_here({"validate", model, "--views", made().scene, "--quiet"}), "build it with --hold 8");
 }
 
@@ -995,8 +1002,8 @@ TEST_CASE("trust is shown by no model whose surface counts as exact") {
   const TemporaryFolder folder;
   const std::string model = (folder / "model").string(), out = (folder / "out").string();
   REQUIRE(
-      lumatlas_here({"build", made().scene, "-o", model, "--refine", "none", "--exact-surface", "--quiet"}).status ==
-      0);
+      lumatlas_here({"build", made().scene, kLargeCells, "-o", model, "--refine", "none", "--exact-surface", "--quiet"})
+          .status == 0);
   check_failure(lumatlas_here({"render", model, "--views", made().scene, "--mode", "trust", "-o", out, "--quiet"}),
                 "the model does not say how far its surface is off: it was built with --exact-surface, or");
   CHECK_FALSE(fs::exists(out));
@@ -1068,7 +1075,7 @@ TEST_CASE("build --watch waits for photographs, and Ctrl-C saves the model of th
   fs::copy(made().scene, scene, fs::copy_options::recursive);
   fs::remove_all(scene / "images");
   const auto has_said = [](const Run& run, const char* words) { return run.err().find(words) != std::string::npos; };
-  const Run run({"build", scene.string(), "-o", out.string(), "--watch", "--json"});
+  const Run run({"build", scene.string(), kLargeCells, "-o", out.string(), "--watch", "--json"});
   Run::wait_until([&] { return has_said(run, "waiting for photographs"); });
   fs::copy(fs::path(made().scene) / "images", scene / "images", fs::copy_options::recursive);
   Run::wait_until([&] { return has_said(run, "Ctrl-C saves the model"); });
@@ -1080,8 +1087,8 @@ TEST_CASE("build --watch waits for photographs, and Ctrl-C saves the model of th
   CHECK(options_beside(out)["watch"] == true);
   CHECK(lumatlas_here({"inspect", out.string(), "--quiet"}).status == 0);
   // What is already there when it starts, quietly, with an end of its own.
-  const Outcome idle = lumatlas(
-      {"build", scene.string(), "-o", out.string(), "--watch", "--idle", "1", "--refine", "none", "--json", "--quiet"});
+  const Outcome idle = lumatlas({"build", scene.string(), kLargeCells, "-o", out.string(), "--watch", "--idle", "1",
+                                 "--refine", "none", "--json", "--quiet"});
   CHECK(idle.status == 0);
   CHECK(idle.err.empty());
   CHECK(nlohmann::json::parse(idle.out)["views"]["offered"] == 12);
@@ -1089,8 +1096,8 @@ TEST_CASE("build --watch waits for photographs, and Ctrl-C saves the model of th
 
 TEST_CASE("build --view --quiet says its address on stdout, and nothing on stderr") {
   const TemporaryFolder folder;
-  const Run run({"build", made().scene, "-o", (folder / "out").string(), "--refine", "none", "--view", "--no-browser",
-                 "--quiet"});
+  const Run run({"build", made().scene, kLargeCells, "-o", (folder / "out").string(), "--refine", "none", "--view",
+                 "--no-browser", "--quiet"});
   Run::wait_until([&] { return run.out().find("on disk") != std::string::npos; });
   run.send(SIGINT);
   const Outcome outcome = run.wait();
@@ -1110,7 +1117,7 @@ TEST_CASE("a scene without a mesh: the line that build names makes one, which bu
   REQUIRE(meshed.status == 0);
   CHECK(meshed.err.empty());
   CHECK_THAT(meshed.out, Catch::StartsWith(scene + "/mesh.ply: ") && Catch::Contains("of the points lie on it"));
-  CHECK(lumatlas_here({"build", scene, "-o", model, "--quiet"}).status == 0);
+  CHECK(lumatlas_here({"build", scene, kLargeCells, "-o", model, "--quiet"}).status == 0);
   const std::string bytes = bytes_of(scene + "/mesh.ply");
   CHECK(lumatlas_here({"mesh", scene, "-o", scene + "/mesh.ply", "--quiet"}).status == 0);
   CHECK(bytes_of(scene + "/mesh.ply") == bytes);
@@ -1164,8 +1171,8 @@ TEST_CASE("inspect tells of cameras and photographs also without a mesh, and how
 
 TEST_CASE("jpg is jpeg") {
   const TemporaryFolder folder;
-  const Outcome outcome = lumatlas(
-      {"build", made().scene, "-o", (folder / "model").string(), "--image", "jpg", "--refine", "none", "--quiet"});
+  const Outcome outcome = lumatlas({"build", made().scene, kLargeCells, "-o", (folder / "model").string(), "--image",
+                                    "jpg", "--refine", "none", "--quiet"});
   INFO(outcome.err);
   CHECK(outcome.status == 0);
 }

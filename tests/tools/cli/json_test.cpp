@@ -73,7 +73,7 @@ TEST_CASE("every key that build, mesh, inspect, export and synth print is on the
   const TemporaryFolder folder;
   const std::string model = (folder / "model").string();
   printed_by(made().build, build);
-  const Arguments more{"build", made().scene, "-o", model, "--refine", "none", "--json", "--quiet"};
+  const Arguments more{"build", made().scene, kLargeCells, "-o", model, "--refine", "none", "--json", "--quiet"};
   for (const Arguments& of : {Arguments{"--budget", "auto"}, Arguments{"--choice", "offline"}}) {
     Arguments arguments = more;
     arguments.insert(arguments.end(), of.begin(), of.end());

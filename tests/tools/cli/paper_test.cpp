@@ -14,7 +14,7 @@ namespace {
 nlohmann::json built_with(const Arguments& switches) {
   const TemporaryFolder folder;
   const std::string model = (folder / "model").string();
-  Arguments arguments{"build", made().scene, "-o", model, "--hold", "4", "--max-views", "5", "--quiet"};
+  Arguments arguments{"build", made().scene, kLargeCells, "-o", model, "--hold", "4", "--max-views", "5", "--quiet"};
   arguments.insert(arguments.end(), switches.begin(), switches.end());
   REQUIRE(lumatlas_here(arguments).status == 0);
   return options_beside(model);

@@ -23,7 +23,7 @@ struct Made {
       lumatlas({"synth",    "apartment",    "-o",        scene,    "--photographs", "12",   "--width", "64",
                 "--height", "48",           "--samples", "2",      "--triangles",   "3000", "--json",  "--path-frames",
                 "3",        "--test-views", "2",         "--quiet"});
-  Outcome build = lumatlas({"build", scene, "-o", model, "--hold", "4", "--json", "--quiet"});
+  Outcome build = lumatlas({"build", scene, kLargeCells, "-o", model, "--hold", "4", "--json", "--quiet"});
 };
 
 // Made at the first call.

@@ -43,6 +43,12 @@ std::string Run::err() const {
   return bytes_of(streams_ / "err");
 }
 
+bool Run::has_ended() const {
+  siginfo_t info{};
+  REQUIRE(waitid(P_PID, static_cast<id_t>(child_), &info, WEXITED | WNOHANG | WNOWAIT) == 0);
+  return info.si_pid == child_;
+}
+
 Outcome Run::wait() const {
   int status = 0;
   REQUIRE(waitpid(child_, &status, 0) == child_);

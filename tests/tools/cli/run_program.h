@@ -16,6 +16,10 @@ namespace lumatlas {
 
 using Arguments = std::vector<std::string>;
 
+// An option of `lumatlas build` that gives the model of a small apartment a tenth of the cells that it has by default.
+// Most of the time to build, export and open such a model goes into its cells.
+inline const std::string kLargeCells = "--cell-size=0.6";
+
 struct Outcome {
   int status = 0;  // exit status, or minus the signal that ended it
   std::string out;
@@ -31,6 +35,9 @@ class Run {
   [[nodiscard]] std::string out() const;  // that it has printed so far
   [[nodiscard]] std::string err() const;
   [[nodiscard]] Outcome wait() const;
+
+  // Returns whether the program has ended; wait() still tells how.
+  [[nodiscard]] bool has_ended() const;
 
   // Until `is_so` holds, or the program has had half a minute for it.
   template <typename Condition>

@@ -23,7 +23,7 @@ TEST_CASE("a page is not served where its address cannot be told") {
        {Arguments{"view", made().model, "--no-browser", "--quiet"},
         {"view", made().model, "--no-browser", "--quiet", "--json"},
         {"view", made().model, "--no-browser", "--quiet", "--follow"},
-        {"build", made().scene, "-o", (folder / "out").string(), "--view", "--no-browser", "--quiet"}}) {
+        {"build", made().scene, kLargeCells, "-o", (folder / "out").string(), "--view", "--no-browser", "--quiet"}}) {
     check_failure(lumatlas(arguments, fill_standard_output), "the page's address cannot be written");
   }
   CHECK(names_in(folder.path()).empty());

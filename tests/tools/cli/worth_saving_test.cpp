@@ -48,7 +48,7 @@ struct Changed {
                         [](const std::string& name) { return name.starts_with(".lumatlas-"); });
   }
   [[nodiscard]] Arguments watching(const std::string& idle_s) const {
-    return {"build", scene, "-o", model, "--watch", "--idle", idle_s, "--refine", "none", "--quiet"};
+    return {"build", scene, kLargeCells, "-o", model, "--watch", "--idle", idle_s, "--refine", "none", "--quiet"};
   }
 };
 
@@ -127,11 +127,13 @@ TEST_CASE("a model that misses most photographs is saved where nothing was, and 
 TEST_CASE("fewer photographs because fewer were asked for are no reason to refuse") {
   const Changed changed;
   changed.put_earlier_model();
-  CHECK(lumatlas_here({"build", made().scene, "-o", changed.model, "--max-views", "2", "--quiet"}).status == 0);
   CHECK(
-      lumatlas_here({"build", made().scene, "-o", changed.model, "--choice", "uniform", "--max-views", "2", "--quiet"})
-          .status == 0);
-  CHECK(lumatlas_here({"build", made().scene, "-o", changed.model, "--hold", "2", "--quiet"}).status == 0);
+      lumatlas_here({"build", made().scene, kLargeCells, "-o", changed.model, "--max-views", "2", "--quiet"}).status ==
+      0);
+  CHECK(lumatlas_here({"build", made().scene, kLargeCells, "-o", changed.model, "--choice", "uniform", "--max-views",
+                       "2", "--quiet"})
+            .status == 0);
+  CHECK(lumatlas_here({"build", made().scene, kLargeCells, "-o", changed.model, "--hold", "2", "--quiet"}).status == 0);
 }
 
 TEST_CASE("a model without photographs, as earlier versions saved them, is not exported over anything") {

@@ -48,7 +48,7 @@ class Jobs(InOffice):
         cls.scene = lumatlas.load_scene("office")
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            cls.model = lumatlas.build(cls.scene, "model", hold=4, refine="none")
+            cls.model = lumatlas.build(cls.scene, "model", hold=4, refine="none", cell_size=0.3)
         cls.camera = cls.scene.cameras[cls.scene.names[0]]
 
     def setUp(self):
@@ -82,13 +82,13 @@ class Jobs(InOffice):
 
     def test_a_build_keeps_to_its_budgets(self):
         whole = lumatlas.inspect(self.model)
-        self.assertEqual(len(lumatlas.build(self.scene, "few", max_views=3, refine="none").cameras), 3)
+        self.assertEqual(len(lumatlas.build(self.scene, "few", max_views=3, refine="none", cell_size=0.5).cameras), 3)
         small = lumatlas.build(self.scene, "small", gpu_bytes=1 << 20, refine="none")
         self.assertLessEqual(small.summary["gpu"]["sum"], 1 << 20)
         self.assertGreater(whole["gpu"]["sum"], 1 << 20)
-        texels = lumatlas.build(self.scene, "texels", texels=100_000, refine="none").summary["texels"]
+        texels = lumatlas.build(self.scene, "texels", texels=100_000, refine="none", cell_size=0.5).summary["texels"]
         self.assertLessEqual(texels["resident"], 100_000)
-        lost = lumatlas.build(self.scene, "lost", loss=0.5, refine="none").summary["parsimony"]
+        lost = lumatlas.build(self.scene, "lost", loss=0.5, refine="none", cell_size=0.5).summary["parsimony"]
         self.assertEqual(lost["bound_db"], 0.5)
         faces = lumatlas.build(self.scene, "faces", faces=2000, mesh_as_given=True, refine="none", texture=None,
                                image="jpeg", quality=80, cell_size=0.5).summary["faces"]
@@ -242,7 +242,7 @@ class Jobs(InOffice):
         lumatlas.make_mesh(self.scene, "kept.ply", source="points")
         lumatlas.export(self.model, "kept.glb")
         lumatlas.render(self.model, cameras, "kept")
-        lumatlas.build(self.scene, "kept-model", refine="none", max_views=3)
+        lumatlas.build(self.scene, "kept-model", refine="none", max_views=3, cell_size=0.5)
         kept = [Path("kept.ply"), Path("kept.glb"), Path("kept/00000.png"), Path("kept-model/scene.gltf")]
         before = [path.read_bytes() for path in kept]
         jobs = {

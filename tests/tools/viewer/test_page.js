@@ -27,7 +27,7 @@ export async function until(happened, what) {
 }
 
 // Opens the site's own page in a frame; the frame, once its script runs.
-export async function framed(address, width = 400, height = 300) {
+export async function framed(address, width = 240, height = 180) {
   const frame = document.createElement('iframe');
   frame.width = width;
   frame.height = height;

@@ -66,6 +66,15 @@ double lens_coefficient(const std::filesystem::path& scene, const BuildOptions& 
   return built.lenses.front().estimate.correction.k1;
 }
 
+// Without what no test of lenses looks at.
+BuildOptions build_options() {
+  BuildOptions options;
+  options.planner.refinement.trust.enabled = false;
+  options.measure_deviation = false;
+  options.texture_px.reset();
+  return options;
+}
+
 double mean_difference(const Photograph& a, const Photograph& b) {
   double sum = 0, count = 0;
   for (std::size_t pixel = 0; pixel < a.rgb.size() / 3; ++pixel) {
@@ -101,10 +110,8 @@ TEST_CASE("what was estimated of a lens and not applied is told from half a pixe
 TEST_CASE("a lens that a scene states wrongly is found, and photographs are undistorted as it says, then and later") {
   const TemporaryFolder scene, out;
   write_scene(scene.path(), -0.06);
-  BuildOptions options;
+  BuildOptions options = build_options();
   options.hold_out = HoldOut{6, 1};
-  options.planner.refinement.trust.enabled = false;
-  options.measure_deviation = false;
   const BuildResult built = build_model(scene.path(), options);
   REQUIRE(built.lenses.size() == 1);
   const RefinedLens& lens = built.lenses.front();
@@ -168,10 +175,8 @@ TEST_CASE("a watched scene whose photographs are gone when a lens is found wrong
   write_scene(scene.path(), -0.06);
   std::size_t offered = 0;
   std::vector<std::string> warnings;
-  BuildOptions options;
+  BuildOptions options = build_options();
   options.refine = GENERATE(RefineMode::joint, RefineMode::all);  // the latter has corrected it once by then
-  options.planner.refinement.trust.enabled = false;
-  options.measure_deviation = false;
   options.watch.emplace();
   options.watch->idle = std::chrono::seconds(60);
   options.watch->interval = std::chrono::milliseconds(1);
@@ -201,9 +206,9 @@ TEST_CASE("a watched scene whose photographs are gone when a lens is found wrong
 TEST_CASE("right lenses stay as they are, and their photographs are not touched") {
   const TemporaryFolder scene;
   write_scene(scene.path(), 0);
-  BuildOptions options;
+  BuildOptions options = build_options();
+  options.planner.refinement.trust.enabled = true;
   options.max_views = 12;
-  options.measure_deviation = false;
   const BuildResult built = build_model(scene.path(), options);
   REQUIRE(built.lenses.size() == 1);
   CHECK_FALSE(built.lenses.front().applied);
