@@ -20,6 +20,7 @@ Assignment assignment_of(const std::string& text, const std::vector<ListedSettin
                                 [&](const ListedSetting& setting) { return setting.name == assignment.name; });
   if (row == settings.end()) {
     std::vector<std::string> names;
+    names.reserve(settings.size());
     for (const ListedSetting& setting : settings) names.push_back(setting.name);
     throw CLI::ValidationError("--set", no_such_setting(assignment.name, names));
   }

@@ -108,7 +108,8 @@ std::string suggestion(const CLI::App& program, int argc, const char* const* arg
     if (!extra.starts_with("--")) continue;
     const std::string typed = extra.substr(0, extra.find('='));
     const std::string meant = meant_by(typed, *parsed.front());
-    if (!meant.empty()) return "There is no option " + typed + "; did you mean " + meant + "?";
+    if (meant.empty()) continue;
+    return std::string("There is no option ").append(typed).append("; did you mean ").append(meant).append("?");
   }
   return {};
 }
