@@ -60,7 +60,7 @@ GlTexture make_table(const GlTableFormat& format, std::span<const std::byte> ent
   if (rows > most) {
     throw GlError("the model needs " + std::to_string(entries.size() / format.entry_bytes) + " " + what +
                   ", this driver takes " + std::to_string(most * kTableWidth) +
-                  ": decimate the mesh or lower --references");
+                  ": decimate the mesh or lower coverage.references");
   }
   GlTexture table = make_texture_2d(format.internal, static_cast<GLsizei>(kTableWidth), static_cast<GLsizei>(rows));
   std::vector<std::byte> padded(entries.begin(), entries.end());

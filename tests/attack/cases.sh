@@ -473,8 +473,9 @@ case_locale() {
 
 # Values that make no sense: exit 2 with a sentence, unless they happen to be good.
 case_options() {
-  local options=(--max-views --cell-size --references --hold --block --seed --max-cells --tile-size --ideal-distance
-    --loss --budget --refine --metric --image --quality --order)
+  local options=(--max-views --cell-size --set=coverage.references --hold --block --set=stream.seed --max-cells --tile-size
+    --set=coverage.ideal-distance --loss --budget --refine --set=coverage.metric --image --quality --set=stream.order
+    --set --set=tiles --set=tiles.tile=16)
   local option value
   one_of "${options[@]}"
   option=$chosen

@@ -1,55 +1,39 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The options of blending, for every command that renders.
+// The options of blending, for every command that renders; blend_settings() has the rest.
 #pragma once
 
 #include <CLI/App.hpp>
 #include <cstdint>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
-#include <string>
-#include <vector>
 
 #include "blend/blend_options.h"
 
 namespace lumatlas {
 
+// --paper, --draft, --exposure and --supersample.
 class BlendFlags {
  public:
-  // --paper, --draft, --exposure and --supersample.
   void add_to(CLI::App& command);
-  // All others.
-  void add_experiments_to(CLI::App& command);
 
-  // Throws CLI::ValidationError for an option that says otherwise than --paper, std::invalid_argument as check() does.
-  [[nodiscard]] BlendOptions options() const;
-  [[nodiscard]] nlohmann::json json() const;  // those in effect
+  [[nodiscard]] bool paper() const { return paper_; }
+  // What settings start from.
+  [[nodiscard]] BlendOptions start() const;
+  // Adds what these options say to what settings have made of start(). Throws CLI::ValidationError for an option that
+  // says otherwise than --paper, std::invalid_argument as check() does.
+  void finish(BlendOptions& options) const;
+  // Those of these options that are in effect.
+  [[nodiscard]] nlohmann::json json(const BlendOptions& effective) const;
 
  private:
-  void check_paper() const;
+  void agree_with_printed() const;
 
-  BlendOptions values_;
   bool paper_ = false;
   bool draft_ = false;
-  bool printed_weights_ = false;
   // None: as the weights have them.
-  std::optional<BlendOptions::Sampling> sampling_;
   std::optional<BlendOptions::Exposure> exposure_;
-  std::optional<bool> soften_;
-  std::optional<bool> prefilter_;
-  std::optional<bool> consistent_;
-  std::optional<double> frame_fade_;
-  std::optional<double> border_width_;
   std::optional<std::uint32_t> supersample_;
-  std::vector<std::string> departures_;
-  CLI::Option* weights_option_ = nullptr;
-  CLI::Option* departures_option_ = nullptr;
-  CLI::Option* sampling_option_ = nullptr;
   CLI::Option* exposure_option_ = nullptr;
-  CLI::Option* soften_option_ = nullptr;
-  CLI::Option* prefilter_option_ = nullptr;
-  CLI::Option* consistency_option_ = nullptr;
-  CLI::Option* frame_fade_option_ = nullptr;
-  CLI::Option* border_width_option_ = nullptr;
   CLI::Option* supersample_option_ = nullptr;
 };
 

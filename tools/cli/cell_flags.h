@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The options of cells, for every command that makes them.
+// --cell-size, for every command that makes cells.
 #pragma once
 
 #include <CLI/App.hpp>
@@ -9,21 +9,10 @@
 
 namespace lumatlas {
 
-struct CellFlags {
-  CellOptions values;
-
-  void add_size_to(CLI::App& command) {
-    command.add_option("--cell-size", values.size, "Diameter of a cell, scene units; 0: 1/60 of the scene's")
-        ->type_name("LENGTH")
-        ->check(finite_not_negative());
-  }
-
-  void add_partition_to(CLI::App& command) {
-    add_choice(command, "--partition", values.partition, {{"clusters", Partition::clusters}, {"grid", Partition::grid}},
-               "How faces are grouped into cells; grid is the paper's");
-  }
-
-  [[nodiscard]] CellOptions options() const { return values; }
-};
+inline CLI::Option* add_cell_size(CLI::App& command, CellOptions& cells) {
+  return command.add_option("--cell-size", cells.size, "Diameter of a cell, scene units; 0: 1/60 of the scene's")
+      ->type_name("LENGTH")
+      ->check(finite_not_negative());
+}
 
 }  // namespace lumatlas

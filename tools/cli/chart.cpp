@@ -48,6 +48,7 @@ struct ChartFlags {
 class Commands {
  public:
   Commands() {
+    program_.formatter(std::make_shared<HelpFormatter>());
     program_.option_defaults()->always_capture_default();
     add_synth_command(program_);
     add_mesh_command(program_);
@@ -56,8 +57,12 @@ class Commands {
     for (CLI::App* command : program_.get_subcommands({})) command->parse_complete_callback([] { throw Accepted(); });
   }
 
-  [[nodiscard]] bool knows(const std::string& command, const std::string& option) const {
-    return program_.get_subcommand(command)->get_option_no_throw("--" + option) != nullptr;
+  // `name`: of an option, without dashes, or of a setting.
+  [[nodiscard]] bool knows(const std::string& command, const std::string& name) const {
+    const CLI::App& asked = *program_.get_subcommand(command);
+    if (!is_setting(name)) return asked.get_option_no_throw("--" + name) != nullptr;
+    const std::vector<ListedSetting>& settings = settings_of(asked);
+    return std::any_of(settings.begin(), settings.end(), [&](const ListedSetting& row) { return row.name == name; });
   }
 
   // Throws InputError, with `place` first, if the command refuses them.

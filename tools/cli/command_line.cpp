@@ -12,8 +12,8 @@
 #include "tools/base/interrupt.h"
 #include "tools/base/process_limits.h"
 #include "tools/cli/commands.h"
-#include "tools/cli/nearest_name.h"
 #include "tools/cli/option_rules.h"
+#include "tools/cli/suggestion.h"
 
 namespace lumatlas {
 

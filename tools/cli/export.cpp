@@ -16,8 +16,10 @@
 #include "tools/cli/commands.h"
 #include "tools/cli/json_output.h"
 #include "tools/cli/option_rules.h"
+#include "tools/cli/setting_flags.h"
 #include "tools/cli/stage_bars.h"
 #include "tools/export/export_model.h"
+#include "tools/settings/option_tables.h"
 #include "tools/viewer/scaled_view.h"
 
 namespace lumatlas {
@@ -34,6 +36,7 @@ struct ExportFlags {
   std::filesystem::path model, output, from;
   PictureFlags pictures;
   ExportOptions options;
+  SettingFlags<TextureOptions> settings{texture_settings()};
   bool json_output = false;
   bool quiet = false;
   CLI::Option* quality = nullptr;
@@ -43,6 +46,7 @@ struct ExportFlags {
   // Throws CLI::ValidationError for options that do not go together.
   [[nodiscard]] ExportOptions checked_options() const {
     ExportOptions checked = options;
+    settings.apply(checked.texture);
     if (checked.form == ExportForm::web) {
       set_web_coding(checked);
     } else if (quality->count() > 0 && checked.image.format == PageFormat::png) {
@@ -77,6 +81,7 @@ struct ExportFlags {
     for (const CLI::Option* option : of_textures) {
       if (option->count() > 0) throw CLI::ValidationError(option->get_name(), "is not for --to web");
     }
+    settings.given().refuse_all("is not for --to web");
     if (image->count() > 0 && web.image.format == PageFormat::webp) {
       throw CLI::ValidationError("--image", "webp is not for --to web");
     }
@@ -174,25 +179,11 @@ void add_export_command(CLI::App& program) {
   begin_group(*command, "Messages");
   add_json(*command, flags->json_output);
   add_quiet(*command, flags->quiet);
-  begin_experiments(*command, "colours");
-  command->add_option("--gutter", layout.gutter_px, "Around each chart")
-      ->type_name("PX")
-      ->transform(whole_number(1, 64));
-  command
-      ->add_option("--sharpness", flags->options.texture.color.sharpness,
-                   "How much frontal and near photographs count for detail")
-      ->type_name("P")
-      ->check(number_between(0, 16));
-  command
-      ->add_option("--tolerance", flags->options.texture.color.tolerance,
-                   "Difference of photographs that counts as one, of square roots of light")
-      ->type_name("T")
-      ->check(number_between(0.001, 10));
-  for (const char* name : {"--texture", "--pages", "--density", "--gutter", "--sharpness", "--tolerance", "--exposure",
-                           "--from", "--images", "--masks"}) {
+  flags->settings.add_to(*command);
+  for (const char* name :
+       {"--texture", "--pages", "--density", "--exposure", "--from", "--images", "--masks", "--as-scene"}) {
     flags->of_textures.push_back(command->get_option(name));
   }
-  flags->of_textures.push_back(command->get_option("--as-scene"));
   command->callback([flags] { run(*flags); });
 }
 

@@ -3,7 +3,9 @@
 
 #include <CLI/Option.hpp>
 #include <algorithm>
+#include <memory>
 #include <sstream>
+#include <utility>
 #include <vector>
 
 namespace lumatlas {
@@ -13,8 +15,8 @@ namespace {
 constexpr std::size_t kColumns = 100;
 constexpr std::size_t kTextColumn = 24;  // where descriptions begin
 
-bool is_experiment(const std::string& group) {
-  return group.starts_with(kExperiments);
+bool is_rare(const std::string& group) {
+  return group.starts_with(kRarelyNeeded);
 }
 
 // `head`, and `text` beside it from kTextColumn on, broken at spaces. A head that is too long has a line of its own.
@@ -97,10 +99,22 @@ std::string usage_of(const CLI::App& command, const std::string& name) {
   return usage + " [OPTIONS]\n";
 }
 
-std::string help_of_help(const CLI::App& command, const std::string& name, bool has_experiments, bool all) {
+std::string entry_of(const ListedSetting& setting) {
+  const std::string head = setting.name + (setting.placeholder.empty() ? "" : " " + setting.placeholder);
+  const std::string limits = setting.rule.words + (setting.rule.words.empty() ? "" : "; ");
+  return entry(head, setting.meaning + " (" + limits + "default " + setting.default_text + ")");
+}
+
+std::string settings_text(const CLI::App& command) {
+  std::string text;
+  for (const ListedSetting& setting : settings_of(command)) text += entry_of(setting);
+  return text.empty() ? text : "\nSettings for experiments, each by --set NAME=VALUE:\n" + text;
+}
+
+std::string help_of_help(const CLI::App& command, const std::string& name, bool has_more, bool all) {
   if (!command.get_subcommands({}).empty()) return "\nThe options of a command: " + name + " COMMAND --help\n";
-  if (!has_experiments || all) return {};
-  return "\nOptions for experiments are listed by: " + name + " --help-all\n";
+  if (!has_more || all) return {};
+  return "\nWhat is rarely needed, and settings for experiments: " + name + " --help-all\n";
 }
 
 }  // namespace
@@ -112,24 +126,38 @@ std::string HelpFormatter::make_help(const CLI::App* command, std::string name, 
   const auto subcommands = command->get_subcommands({});
   if (!subcommands.empty()) help += "\nCommands:\n";
   for (const CLI::App* subcommand : subcommands) help += entry(subcommand->get_name(), subcommand->get_description());
-  bool has_experiments = false;
+  bool has_more = false;
   for (const std::string& group : command->get_groups()) {
     const std::vector<const CLI::Option*> options = options_in(*command, group);
     if (options.empty()) continue;
-    has_experiments = has_experiments || is_experiment(group);
-    if (is_experiment(group) && !all) continue;
+    has_more = has_more || is_rare(group);
+    if (is_rare(group) && !all) continue;
     help += '\n' + group + ":\n";
     for (const CLI::Option* option : options) help += entry_of(*option);
   }
-  return help + help_of_help(*command, name, has_experiments, all);
+  if (all) help += settings_text(*command);
+  return help + help_of_help(*command, name, has_more, all);
 }
 
 void begin_group(CLI::App& command, const std::string& heading) {
   command.option_defaults()->group(heading);
 }
 
-void begin_experiments(CLI::App& command, const std::string& subject) {
-  begin_group(command, std::string(kExperiments) + ": " + subject);
+void begin_rare_group(CLI::App& command, const std::string& subject) {
+  begin_group(command, std::string(kRarelyNeeded) + ": " + subject);
+}
+
+void list_settings(CLI::App& command, std::vector<ListedSetting> settings) {
+  const auto formatter = std::dynamic_pointer_cast<HelpFormatter>(command.get_formatter());
+  if (formatter) formatter->settings[command.get_name()] = std::move(settings);
+}
+
+const std::vector<ListedSetting>& settings_of(const CLI::App& command) {
+  static const std::vector<ListedSetting> none;
+  const auto formatter = std::dynamic_pointer_cast<const HelpFormatter>(command.get_formatter());
+  if (!formatter) return none;
+  const auto found = formatter->settings.find(command.get_name());
+  return found == formatter->settings.end() ? none : found->second;
 }
 
 }  // namespace lumatlas

@@ -14,9 +14,11 @@
 #include "tools/cli/commands.h"
 #include "tools/cli/json_output.h"
 #include "tools/cli/mesh_frame_flags.h"
+#include "tools/cli/setting_flags.h"
 #include "tools/inspection/inspection.h"
 #include "tools/pipeline/model_inspection.h"
 #include "tools/pipeline/surface/completed_surface.h"
+#include "tools/settings/option_tables.h"
 
 namespace lumatlas {
 
@@ -27,7 +29,9 @@ using nlohmann::json;
 struct InspectFlags {
   std::filesystem::path scene, mesh;
   MeshFrameFlags mesh_frame;
-  CellFlags cells;
+  CellOptions cells;
+  SettingFlags<CellOptions> settings{within<CellOptions>(
+      "cells.", cell_settings(), [](auto& options) -> auto& { return options; })};
   std::vector<const CLI::Option*> of_scenes;
   bool json_output = false;
   bool quiet = false;
@@ -109,10 +113,11 @@ void print(const json& scene) {
 }
 
 void inspect_as_model(const InspectFlags& flags) {
+  const std::string why = "is for scenes, a model has its own mesh and cells";
   for (const CLI::Option* option : flags.of_scenes) {
-    if (option->count() == 0) continue;
-    throw CLI::ValidationError(option->get_name(), "is for scenes, a model has its own mesh and cells");
+    if (option->count() > 0) throw CLI::ValidationError(option->get_name(), why);
   }
+  flags.settings.given().refuse_all(why);
   const json model = inspect_model(flags.scene);
   if (flags.json_output) {
     print_json(model);
@@ -133,22 +138,21 @@ void add_inspect_command(CLI::App& program) {
   add_file(*command, "--mesh", flags->mesh, "FILE",
            "PLY, OBJ, STL or GLB; without it the usual names are tried in SCENE");
   flags->mesh_frame.add_to(*command);
-  flags->cells.add_size_to(*command);
+  flags->of_scenes.push_back(add_cell_size(*command, flags->cells));
   begin_group(*command, "Messages");
   add_json(*command, flags->json_output);
   add_quiet(*command, flags->quiet);
-  begin_experiments(*command, "cells");
-  flags->cells.add_partition_to(*command);
-  for (const char* name : {"--mesh", "--cell-size", "--partition"}) {
-    flags->of_scenes.push_back(command->get_option(name));
-  }
+  flags->settings.add_to(*command);
+  flags->of_scenes.push_back(command->get_option("--mesh"));
   for (const CLI::Option* option : flags->mesh_frame.options) flags->of_scenes.push_back(option);
   command->callback([flags] {
     if (is_model(flags->scene)) return inspect_as_model(*flags);
+    CellOptions cells = flags->cells;
+    flags->settings.apply(cells);
     std::optional<std::filesystem::path> mesh;
     if (!flags->mesh.empty()) mesh = flags->mesh;
-    const json scene = inspect_scene(flags->scene, mesh, flags->mesh_frame.frame().value_or(MeshFrame{}),
-                                     flags->cells.options(), flags->quiet, frames_json);
+    const json scene = inspect_scene(flags->scene, mesh, flags->mesh_frame.frame().value_or(MeshFrame{}), cells,
+                                     flags->quiet, frames_json);
     if (flags->json_output) {
       print_json(scene);
     } else {

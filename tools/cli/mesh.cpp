@@ -21,24 +21,28 @@
 #include "tools/cli/json_output.h"
 #include "tools/cli/mesh_frame_flags.h"
 #include "tools/cli/option_rules.h"
+#include "tools/cli/setting_flags.h"
 #include "tools/cli/stage_bars.h"
 #include "tools/meshing/length_text.h"
 #include "tools/meshing/mesh_json.h"
 #include "tools/meshing/scene_mesh.h"
+#include "tools/settings/option_tables.h"
 
 namespace lumatlas {
 
 namespace {
 
-// Options, and the sources that use them.
+// Options and settings, and the sources that use them.
 struct SourceOptions {
   std::vector<const CLI::Option*> options;
+  std::vector<std::string> settings;
   std::vector<MeshSource> sources;
 };
 
 struct MeshFlags {
   std::filesystem::path scene, output, points, complete;
   SceneMeshOptions options;
+  SettingFlags<SceneMeshOptions> settings{mesh_settings()};
   MeshFrameFlags mesh_frame;
   HoldFlags hold_out;
   PictureFlags pictures;
@@ -52,11 +56,11 @@ struct MeshFlags {
       if (std::find(some.sources.begin(), some.sources.end(), source) != some.sources.end()) continue;
       std::string meant;
       for (const MeshSource of : some.sources) meant += (meant.empty() ? "" : " and ") + name_of(of);
+      const std::string why = "is for " + meant + ", and this mesh is made of " + name_of(source);
       for (const CLI::Option* option : some.options) {
-        if (option->count() == 0) continue;
-        throw CLI::ValidationError(option->get_name(),
-                                   "is for " + meant + ", and this mesh is made of " + name_of(source));
+        if (option->count() > 0) throw CLI::ValidationError(option->get_name(), why);
       }
+      for (const std::string& setting : some.settings) settings.given().refuse(setting, why);
     }
   }
 };
@@ -105,6 +109,7 @@ void run(MeshFlags flags) {
   if (!flags.complete.empty()) flags.options.complete = flags.complete;
   flags.options.complete_frame = flags.mesh_frame.frame().value_or(MeshFrame{});
   flags.options.pictures = flags.pictures.folders();
+  flags.settings.apply(flags.options);
   check_usage(flags.options);
   check_is_ply(flags.output);
   check_apart(flags.output, std::array{flags.scene, flags.points, flags.complete});
@@ -129,16 +134,6 @@ void run(MeshFlags flags) {
               << shell_line("lumatlas", {"build", flags.scene.string(), "--mesh", flags.output.string(), "-o", "MODEL"})
               << '\n';
   }
-}
-
-void add_experiments(CLI::App& command, CutOptions& cut) {
-  begin_experiments(command, "how lines of sight are weighed");
-  const auto add = [&](const char* name, double& value, const char* type, const char* help) {
-    command.add_option(name, value, help)->type_name(type);
-  };
-  add("--noise", cut.noise, "SHARE", "Of the points, in median edges between them: more gives fewer, smoother faces");
-  add("--quality", cut.quality, "WEIGHT", "Of well-shaped faces, against one line of sight");
-  add("--sure-views", cut.sure_views, "N", "A point that fewer views saw counts for less");
 }
 
 }  // namespace
@@ -203,19 +198,20 @@ void add_mesh_command(CLI::App& program) {
   begin_group(*command, "Messages");
   add_json(*command, flags->json_output);
   add_quiet(*command, flags->quiet);
-  add_experiments(*command, flags->options.cut);
-  begin_experiments(*command, "--complete with a mesh in another frame than the poses");
+  begin_rare_group(*command, "--complete with a mesh in another frame than the poses");
   flags->mesh_frame.add_to(*command, command->get_option("--complete"));
-  const auto only_of = [&](std::vector<MeshSource> sources, const std::vector<const char*>& names) {
-    SourceOptions some{{}, std::move(sources)};
+  flags->settings.add_to(*command);
+  const auto only_of = [&](std::vector<MeshSource> sources, const std::vector<const char*>& names,
+                           std::vector<std::string> settings = {}) {
+    SourceOptions some{{}, std::move(settings), std::move(sources)};
     for (const char* name : names) some.options.push_back(command->get_option(name));
     flags->of_some.push_back(std::move(some));
   };
-  only_of({MeshSource::photographs}, {"--match-size", "--neighbors", "--most-photographs", "--hold"});
+  only_of({MeshSource::photographs}, {"--match-size", "--neighbors", "--most-photographs", "--hold"}, {"mesh.block"});
   only_of({MeshSource::depth_images}, {"--depth-unit", "--voxel", "--most-faces"});
-  only_of({MeshSource::points}, {"--noise"});
-  only_of({MeshSource::points, MeshSource::photographs},
-          {"--points", "--spacing", "--most-points", "--longest-edge", "--quality", "--sure-views"});
+  only_of({MeshSource::points}, {}, {"cut.noise"});
+  only_of({MeshSource::points, MeshSource::photographs}, {"--points", "--spacing", "--most-points", "--longest-edge"},
+          {"cut.quality", "cut.sure-views"});
   command->callback([flags] { run(*flags); });
 }
 

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cctype>
 #include <charconv>
-#include <cmath>
 #include <filesystem>
 #include <map>
 #include <optional>
@@ -12,28 +11,14 @@
 #include <system_error>
 
 #include "mesh/base/file_ending.h"
-#include "mesh/base/text_fields.h"
+#include "tools/base/value_rule.h"
 
 namespace lumatlas {
 
 namespace {
 
-// Help does not name an upper bound from here on: who asks for a million photographs has more urgent questions.
-constexpr std::uint64_t kNobodyReaches = 1u << 20;
-
-std::string text_of(double number) {
-  char digits[32];
-  const auto [end, error] = std::to_chars(digits, digits + sizeof digits, number);
-  return {digits, end};
-}
-
-template <typename Holds>
-CLI::Validator number_rule(const std::string& words, const std::string& complaint, Holds holds) {
-  const auto check = [complaint, holds](const std::string& text) {
-    const std::optional<double> value = parse_number(text);
-    return value && holds(*value) ? std::string() : text + " is not " + complaint;
-  };
-  return {check, words};
+CLI::Validator validator(const ValueRule& rule) {
+  return {rule.complaint, rule.words};
 }
 
 // Of a whole number and its unit; none for another text, 0 and what is more than 2^64 - 1.
@@ -66,29 +51,8 @@ constexpr const char* kByteSizes = " is not a size: give bytes, or whole kB, MB,
 
 }  // namespace
 
-std::string in_words(const std::vector<std::string>& names) {
-  std::string text;
-  for (std::size_t i = 0; i < names.size(); ++i) {
-    if (i > 0) text += i + 1 < names.size() ? ", " : " or ";
-    text += names[i];
-  }
-  return text;
-}
-
 CLI::Validator whole_number(std::uint64_t least, std::uint64_t most) {
-  const std::string from = std::to_string(least), to = std::to_string(most);
-  const auto check = [=](std::string& text) -> std::string {
-    std::uint64_t number = 0;
-    const char* const end = text.data() + text.size();
-    const auto [stop, error] = std::from_chars(text.data(), end, number);
-    if (error != std::errc() || stop != end || number < least || number > most) {
-      return text + " is not a whole number from " + from + " to " + to;
-    }
-    text = std::to_string(number);
-    return {};
-  };
-  if (most >= kNobodyReaches) return {check, least > 1 ? from + " or more" : ""};
-  return {check, from + " to " + to};
+  return validator(whole_number_rule(least, most));
 }
 
 CLI::Validator count_or(const std::vector<std::string>& words) {
@@ -103,27 +67,19 @@ CLI::Validator count_or(const std::vector<std::string>& words) {
 }
 
 CLI::Validator number_between(double least, double most) {
-  const std::string range = text_of(least) + " to " + text_of(most);
-  return number_rule(range, "a number from " + range, [=](double value) { return value >= least && value <= most; });
+  return validator(number_rule(least, most));
 }
 
 CLI::Validator finite_not_negative() {
-  return number_rule("", "a finite number of 0 or more",
-                     [](double value) { return std::isfinite(value) && value >= 0; });
+  return validator(not_negative_rule()).description("");
 }
 
 CLI::Validator finite_positive() {
-  return number_rule("", "a finite number above 0", [](double value) { return std::isfinite(value) && value > 0; });
+  return validator(positive_rule()).description("");
 }
 
 CLI::Validator divisible_by(std::uint32_t divisor) {
-  const std::string rule = "a multiple of " + std::to_string(divisor);
-  const auto check = [=](std::string& text) {
-    std::uint64_t number = 1;
-    std::from_chars(text.data(), text.data() + text.size(), number);
-    return number % divisor == 0 ? std::string() : text + " is not " + rule;
-  };
-  return {check, rule};
+  return validator(divisible_rule(divisor));
 }
 
 CLI::Validator file_name() {
@@ -152,11 +108,7 @@ CLI::Validator model_name() {
 }
 
 CLI::Validator one_of(const std::vector<std::string>& names) {
-  const auto check = [names](std::string& text) {
-    const bool known = std::find(names.begin(), names.end(), text) != names.end();
-    return known ? std::string() : text + " is not " + in_words(names);
-  };
-  return {check, in_words(names)};
+  return validator(name_rule(names));
 }
 
 CLI::Validator other_name(const std::string& other, const std::string& name) {

@@ -15,10 +15,9 @@
 #include <utility>
 #include <vector>
 
-namespace lumatlas {
+#include "tools/base/value_rule.h"  // in_words()
 
-// "one, two or three".
-[[nodiscard]] std::string in_words(const std::vector<std::string>& names);
+namespace lumatlas {
 
 // A whole number from `least` to `most`, in decimal digits alone. Help says "1 to 8", or "2 or more" where the upper
 // bound is one that nobody reaches, and nothing of 0 or 1 and more.

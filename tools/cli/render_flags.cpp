@@ -9,6 +9,8 @@
 #include "blend/tables/tiles.h"
 #include "tools/cli/option_rules.h"
 #include "tools/picture/paths/camera_tours.h"
+#include "tools/picture/tour_settings.h"
+#include "tools/settings/option_tables.h"
 
 namespace lumatlas {
 
@@ -31,8 +33,9 @@ void RenderFlags::add_cameras_to(CLI::App& command) {
   CLI::Option* const around = command.add_flag("--orbit", orbit, "Once around what the model's views look at");
   CLI::Option* const through =
       command.add_flag("--walk", walk, "Through the cameras of the model's views, in the order of their names");
-  along_hilbert_ = command.add_flag("--hilbert", hilbert, "Along a Hilbert curve over the scene's ground");
-  cameras_ = {of_scene_, along_keys, around, through, along_hilbert_};
+  CLI::Option* const along_hilbert =
+      command.add_flag("--hilbert", hilbert, "Along a Hilbert curve over the scene's ground");
+  cameras_ = {of_scene_, along_keys, around, through, along_hilbert};
   begin_group(command, "Which of them, and how large");
   hold.add_to(command, "Of --views those that `validate --hold H` scores");
   hold.hold_option->needs(of_scene_);
@@ -82,19 +85,25 @@ void RenderFlags::add_files_to(CLI::App& command) {
                                   ->check(number_between(0.01, 1000));
   add_json(command, json_output);
   add_quiet(command, quiet);
+  begin_rare_group(command, "time");
+  command.add_flag("--verbose", verbose, "Tell where the time until the first picture went");
 }
 
-void RenderFlags::add_experiments_to(CLI::App& command) {
-  begin_experiments(command, "paths");
-  command.add_option("--hilbert-order", hilbert_order, "With --hilbert, the curve has 2^N turns a side")
-      ->type_name("N")
-      ->transform(whole_number(1, kMostHilbertOrder))
-      ->needs(along_hilbert_);
-  command.add_flag("--anywhere", anywhere,
-                   "Lay --orbit and --hilbert also past what nobody photographed, rather than near the photographs");
-  blend.add_experiments_to(command);
-  begin_experiments(command, "time");
-  command.add_flag("--verbose", verbose, "Tell where the time until the first picture went");
+SettingFlags<RenderSettings> RenderFlags::render_settings() {
+  return SettingFlags<RenderSettings>(
+      joined<RenderSettings>({within<RenderSettings>("path.", tour_settings(), &RenderSettings::tour),
+                              within<RenderSettings>("blend.", blend_settings(), &RenderSettings::blend)}));
+}
+
+RenderSettings RenderFlags::values() const {
+  RenderSettings printed;
+  printed.blend = BlendOptions::printed();
+  if (blend.paper()) settings.agree_with_paper(printed);
+  RenderSettings values;
+  values.blend = blend.start();
+  settings.apply(values);
+  blend.finish(values.blend);
+  return values;
 }
 
 void RenderFlags::add_to(CLI::App& command) {
@@ -102,7 +111,7 @@ void RenderFlags::add_to(CLI::App& command) {
   add_cameras_to(command);
   add_mode_to(command);
   add_files_to(command);
-  add_experiments_to(command);
+  settings.add_to(command);
 }
 
 void RenderFlags::check_cameras() const {
@@ -123,6 +132,7 @@ void RenderFlags::check() const {
     throw CLI::ValidationError("--width", std::to_string(width) + " times --height " + std::to_string(height) +
                                               " is more than 2^30 pixels, name a smaller picture");
   }
+  if (!hilbert) settings.given().refuse("path.hilbert-order", "needs --hilbert");
   if (!range.empty() && !has_range(mode)) {
     throw CLI::ValidationError("--range", mode_name() + " has none");
   }
@@ -153,7 +163,7 @@ Background RenderFlags::background_in_use() const {
 FrameOptions RenderFlags::frame_options() const {
   FrameOptions options;
   options.mode = mode;
-  options.blend = blend.options();
+  options.blend = values().blend;
   if (!range.empty()) options.range = ValueRange{range[0], range[1]};
   options.color_bar = !no_color_bar;
   options.background = background_in_use();
@@ -161,7 +171,7 @@ FrameOptions RenderFlags::frame_options() const {
 }
 
 TourOptions RenderFlags::tour_options() const {
-  TourOptions tour;
+  TourOptions tour = values().tour;
   tour.kind = !path.empty() ? TourOptions::Kind::keys
               : orbit       ? TourOptions::Kind::orbit
               : walk        ? TourOptions::Kind::walk
@@ -171,8 +181,6 @@ TourOptions RenderFlags::tour_options() const {
   tour.width = width;
   tour.height = height;
   tour.fov_deg = fov_deg;
-  tour.hilbert_order = hilbert_order;
-  tour.anywhere = anywhere;
   return tour;
 }
 
@@ -185,7 +193,9 @@ std::string RenderFlags::format_name() const {
 }
 
 nlohmann::json RenderFlags::json() const {
-  nlohmann::json options = blend.json();
+  const RenderSettings effective = values();
+  nlohmann::json options = blend.json(effective.blend);
+  options["settings"] = settings.json(effective);
   options["command"] = "render";
   options["model"] = model.string();
   options["mode"] = mode_name();
@@ -200,8 +210,6 @@ nlohmann::json RenderFlags::json() const {
   }
   options["cameras"] = !path.empty() ? "path" : orbit ? "orbit" : walk ? "walk" : "hilbert";
   if (!path.empty()) options["path"] = path.string();
-  if (orbit || hilbert) options["anywhere"] = anywhere;
-  if (hilbert) options["hilbert_order"] = hilbert_order;
   options["frames"] = frames;
   options["width"] = width;
   options["height"] = height;

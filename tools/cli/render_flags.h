@@ -11,11 +11,18 @@
 
 #include "tools/cli/blend_flags.h"
 #include "tools/cli/commands.h"
+#include "tools/cli/setting_flags.h"
 #include "tools/picture/frame_renderer.h"
 #include "tools/picture/model_tour.h"
 #include "tools/picture/picture_output.h"
 
 namespace lumatlas {
+
+// What --set is for.
+struct RenderSettings {
+  BlendOptions blend;
+  TourOptions tour;
+};
 
 struct RenderFlags {
   std::filesystem::path model, output;
@@ -23,8 +30,6 @@ struct RenderFlags {
   std::filesystem::path views, path;
   bool orbit = false, walk = false, hilbert = false;
   HoldFlags hold;
-  bool anywhere = false;
-  std::uint32_t hilbert_order = 3;
   std::size_t frames = 120;
   std::uint32_t width = 1280, height = 720;  // pixels
   double fov_deg = 70;
@@ -34,6 +39,7 @@ struct RenderFlags {
   bool no_color_bar = false;
   std::string background;  // empty: blur, or alpha in an OpenEXR file
   BlendFlags blend;
+  SettingFlags<RenderSettings> settings = render_settings();
   // As which files.
   PictureFormat format = PictureFormat::png;
   double frames_per_second = 30;
@@ -54,13 +60,14 @@ struct RenderFlags {
   void add_cameras_to(CLI::App& command);
   void add_mode_to(CLI::App& command);
   void add_files_to(CLI::App& command);
-  void add_experiments_to(CLI::App& command);
+  [[nodiscard]] static SettingFlags<RenderSettings> render_settings();
+  // Throws as BlendFlags::finish() does.
+  [[nodiscard]] RenderSettings values() const;
   void check_cameras() const;
   [[nodiscard]] Background background_in_use() const;
 
   std::vector<const CLI::Option*> cameras_;  // of which one must be given
   CLI::Option* of_scene_ = nullptr;
-  CLI::Option* along_hilbert_ = nullptr;
   CLI::Option* frames_per_second_option_ = nullptr;
 };
 

@@ -85,7 +85,7 @@ void run(SynthFlags flags) {
 }
 
 void add_disturbances(CLI::App& command, SynthDisturbances& disturbances) {
-  begin_experiments(command, "known errors, listed with the true poses in DIR/truth");
+  begin_rare_group(command, "known errors, listed with the true poses in DIR/truth");
   const auto add = [&](const char* name, double& value, const char* placeholder, const char* help) {
     command.add_option(name, value, help)->type_name(placeholder);
   };

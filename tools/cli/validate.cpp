@@ -25,12 +25,15 @@
 #include "tools/cli/commands.h"
 #include "tools/cli/json_output.h"
 #include "tools/cli/option_rules.h"
+#include "tools/cli/setting_flags.h"
+#include "tools/lab/timing/frame_size_settings.h"
 #include "tools/lab/timing/frame_time.h"
 #include "tools/pipeline/model_output.h"
 #include "tools/pipeline/offered_scene.h"
 #include "tools/pipeline/refinement/lens_notes.h"
 #include "tools/score/report/report_refinements.h"
 #include "tools/score/validation.h"
+#include "tools/settings/option_tables.h"
 
 namespace lumatlas {
 
@@ -38,19 +41,43 @@ namespace {
 
 using nlohmann::json;
 
+// What --set is for.
+struct ValidateSettings {
+  BlendOptions blend;
+  FrameSize timing;
+};
+
+SettingFlags<ValidateSettings> validate_settings() {
+  return SettingFlags<ValidateSettings>(joined<ValidateSettings>(
+      {within<ValidateSettings>("blend.", blend_settings(), &ValidateSettings::blend),
+       within<ValidateSettings>("timing.", frame_size_settings(), &ValidateSettings::timing)}));
+}
+
 struct ValidateFlags {
   std::filesystem::path model, views, test, flicker, output;
   PictureFlags pictures;
   HoldFlags hold;
   BlendFlags blend;
+  SettingFlags<ValidateSettings> settings = validate_settings();
   std::vector<std::string> baselines{"vertex"};
   bool full = false;
   bool no_alignment = false;
   bool no_pictures = false;
   std::size_t time_frames = 0;  // 0: no frame is timed
-  FrameSize frame_size;
   bool json_output = false;
   bool quiet = false;
+
+  // Throws CLI::ValidationError for settings that do not go with the options, std::invalid_argument as check() does.
+  [[nodiscard]] ValidateSettings values() const {
+    if (time_frames == 0) settings.given().refuse_subject("timing.", "needs --time-frames");
+    ValidateSettings values, printed;
+    printed.blend = BlendOptions::printed();
+    if (blend.paper()) settings.agree_with_paper(printed);
+    values.blend = blend.start();
+    settings.apply(values);
+    blend.finish(values.blend);
+    return values;
+  }
 };
 
 // In the model's folder, or beside its file.
@@ -94,16 +121,17 @@ SceneViews read_frames(const std::filesystem::path& folder, const glm::dvec3& of
 
 // How long the model takes to be read, to be loaded to a renderer, and to be drawn from new places.
 json measured_speed(const Model& model, const ValidateFlags& flags, const EglContext& context) {
-  const std::vector<Camera> cameras = cameras_between_views(model.snapshot, flags.time_frames, flags.frame_size);
+  const ValidateSettings settings = flags.values();
+  const std::vector<Camera> cameras = cameras_between_views(model.snapshot, flags.time_frames, settings.timing);
   if (cameras.empty()) throw InputError(flags.model.string() + ": stores no view, there is no frame to time");
   Renderer renderer;
   const auto start = std::chrono::steady_clock::now();
   renderer.load(model.snapshot);
   const double upload_ms = ms_since(start);
-  const FrameTime time = frame_time(renderer, cameras, flags.blend.options());
+  const FrameTime time = frame_time(renderer, cameras, settings.blend);
   return {{"frames", cameras.size()},
-          {"width", flags.frame_size.width},
-          {"height", flags.frame_size.height},
+          {"width", settings.timing.width},
+          {"height", settings.timing.height},
           {"renderer", context.description()},
           {"read_ms", model.times.tables + model.times.views},
           {"upload_ms", upload_ms},
@@ -161,7 +189,9 @@ std::string table_text(const Report& report) {
 }
 
 json effective_options(const ValidateFlags& flags, const json& protocol, const json& built) {
-  json effective = flags.blend.json();
+  const ValidateSettings settings = flags.values();
+  json effective = flags.blend.json(settings.blend);
+  effective["settings"] = flags.settings.json(settings);
   effective["command"] = "validate";
   effective["views"] = flags.views.string();
   if (!flags.test.empty()) effective["test"] = flags.test.string();
@@ -179,7 +209,7 @@ void run(const ValidateFlags& flags) {
                                    shell_line("lumatlas", {"validate", flags.model.string(), "--views"}) + " SCENE`");
   }
   ValidationOptions options;
-  options.blend = flags.blend.options();
+  options.blend = flags.values().blend;
   const ModelNotes notes = read_model_notes(flags.model);
   const json& built = notes.options;
   options.protocol = protocol(flags, notes);
@@ -249,22 +279,13 @@ void run(const ValidateFlags& flags) {
 }
 
 void add_timing_to(CLI::App& command, ValidateFlags& flags) {
-  begin_experiments(command, "time");
-  CLI::Option* const timed =
-      command
-          .add_option("--time-frames", flags.time_frames,
-                      "Also time so many frames from between the stored views, and reading and loading the model")
-          ->type_name("N")
-          ->transform(whole_number(1, 100000))
-          ->default_str("");
-  command.add_option("--frame-width", flags.frame_size.width, "Of the frames that are timed")
-      ->type_name("PX")
-      ->transform(whole_number(1, 65536))
-      ->needs(timed);
-  command.add_option("--frame-height", flags.frame_size.height, "Of the frames that are timed")
-      ->type_name("PX")
-      ->transform(whole_number(1, 65536))
-      ->needs(timed);
+  begin_rare_group(command, "time");
+  command
+      .add_option("--time-frames", flags.time_frames,
+                  "Also time so many frames from between the stored views, and reading and loading the model")
+      ->type_name("N")
+      ->transform(whole_number(1, 100000))
+      ->default_str("");
 }
 
 }  // namespace
@@ -302,8 +323,8 @@ void add_validate_command(CLI::App& program) {
   command->add_flag("--no-pictures", flags->no_pictures, "Scores only");
   add_json(*command, flags->json_output);
   add_quiet(*command, flags->quiet);
-  flags->blend.add_experiments_to(*command);
   add_timing_to(*command, *flags);
+  flags->settings.add_to(*command);
   command->callback([flags] { run(*flags); });
 }
 

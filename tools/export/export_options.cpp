@@ -5,6 +5,8 @@
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 
+#include "tools/settings/option_tables.h"
+
 namespace lumatlas {
 
 namespace {
@@ -50,14 +52,12 @@ json export_options_json(const ExportOptions& options, const std::filesystem::pa
           {"to", name_in(kExportFormsByName, options.form)},
           {"texture", texture.layout.most_side_px},
           {"pages", texture.layout.most_pages},
-          {"gutter", texture.layout.gutter_px},
           {"density", texture.texels_per_pixel},
-          {"sharpness", texture.color.sharpness},
-          {"tolerance", texture.color.tolerance},
           {"exposure", name_in(kTextureExposuresByName, texture.color.exposure)},
           {"image", name_in(kPageFormatsByName, options.image.format)},
           {"quality", options.image.format == PageFormat::png ? json() : json(options.image.quality)},
           {"as_scene", options.as_scene},
+          {"settings", values_of(texture_settings(), texture)},
           {"from", options.scene ? json(options.scene->string()) : json()}};
 }
 

@@ -45,7 +45,7 @@ struct ExportOptions {
 // ending that is not the form's.
 void check(const ExportOptions& options, const std::filesystem::path& output);
 
-// Returns the options in effect, as they stand beside an export.
+// Returns the options in effect, as they stand beside an export; "settings" has those of texture_settings().
 [[nodiscard]] nlohmann::json export_options_json(const ExportOptions& options, const std::filesystem::path& model);
 
 }  // namespace lumatlas

@@ -21,7 +21,7 @@ std::vector<float> values_of_cells(const Snapshot& snapshot, Mode mode) {
   if (mode == Mode::references) return reference_counts(snapshot);
   if (mode == Mode::trust && snapshot.cell_deviation.empty()) {
     throw InputError(
-        "the model does not say how far its surface is off: it was built with --exact-surface, or no two "
+        "the model does not say how far its surface is off: it was built with surface.exact=on, or no two "
         "of its photographs show the same part from directions a few degrees apart");
   }
   if (mode == Mode::coverage) {

@@ -278,7 +278,7 @@ void fit_within(const GpuBudget& budget, const Planner& planner, Atlas& atlas, c
   result.fitted_loss = fitted.loss;
   if (!fitted.not_measured.empty()) {
     result.warnings.push_back(
-        "photographs are downscaled until all fit or they are at --least-scale, for what that costs "
+        "photographs are downscaled until all fit or they are at budget.least-scale, for what that costs "
         "cannot be measured: " +
         fitted.not_measured);
   }

@@ -12,7 +12,7 @@
 #include "mesh/base/median.h"
 #include "mesh/base/number_text.h"
 #include "tools/pipeline/budget/gpu_budget.h"
-#include "tools/pipeline/coverage_names.h"
+#include "tools/pipeline/build_settings.h"
 #include "tools/pipeline/refinement/lens_notes.h"
 #include "tools/pipeline/refinement/refinement_json.h"
 
@@ -68,32 +68,6 @@ const char* name_of(Decision decision) {
       break;
   }
   return "rejected";
-}
-
-const char* name_of(StreamOrder order) {
-  switch (order) {
-    case StreamOrder::reversed:
-      return "reversed";
-    case StreamOrder::shuffled:
-      return "shuffled";
-    case StreamOrder::given:
-      break;
-  }
-  return "given";
-}
-
-const char* name_of(ViewChoice choice) {
-  switch (choice) {
-    case ViewChoice::offline:
-      return "offline";
-    case ViewChoice::uniform:
-      return "uniform";
-    case ViewChoice::random:
-      return "random";
-    case ViewChoice::online:
-      break;
-  }
-  return "online";
 }
 
 std::uint64_t bytes_per_texel() {
@@ -291,35 +265,16 @@ std::string times_line(const json& s) {
   return line + printed("; %.0f s in all", s["time_ms"]["total"].get<double>() / 1000);
 }
 
-json coverage_options_json(const CoverageOptions& coverage) {
-  return {{"metric", metric_name(coverage)},
-          {"depart", coverage.metric == CoverageOptions::Metric::paper ? json(departure_names(coverage.departures))
-                                                                       : json::array()},
-          {"references", coverage.max_references},
-          {"coverage_direction_weight", coverage.lambda},
-          {"ideal_distance", coverage.ideal_distance},
-          {"distance_sigma", coverage.distance_sigma > 0 ? coverage.distance_sigma : coverage.ideal_distance / 2},
-          {"max_cell_coverage",
-           coverage.max_cell_coverage > 0 ? coverage.max_cell_coverage : coverage.max_references / 2.0},
-          {"demand", coverage.demand},
-          {"demand_prior", coverage.demand_prior},
-          {"directions", coverage.directions},
-          {"direction_width", coverage.direction_width},
-          {"reference_width", coverage.reference_width},
-          {"reference_direction_weight", coverage.reference_lambda},
-          {"views_per_direction", coverage.views_per_direction}};
-}
-
-json refinement_options_json(const RefinementOptions& refinement, const BuildOptions& options) {
-  return {{"refine", name_of(options.refine)},
-          {"refine_lenses", options.refine_lenses},
-          {"white_balance", refinement.alignment.white_balance},
-          {"masks", refinement.trust.enabled},
-          {"refine_points", refinement.samples},
-          {"revisits", refinement.revisits},
-          {"prior", refinement.alignment.prior},
-          {"max_move", refinement.alignment.max_move},
-          {"outlier", refinement.least_correlation}};
+// The settings in effect, with the values that stand for automatic ones.
+json settings_in_effect(const BuildResult& result, const BuildOptions& options) {
+  BuildOptions used = options;
+  used.planner = result.effective;
+  CoverageOptions& coverage = used.planner.coverage;
+  if (coverage.distance_sigma == 0) coverage.distance_sigma = coverage.ideal_distance / 2;
+  if (coverage.max_cell_coverage == 0) coverage.max_cell_coverage = coverage.max_references / 2.0;
+  used.completion.far_sphere = used.completion.far_sphere && !used.watch;
+  used.tight_tiles.reset();
+  return values_of(build_settings(), used);
 }
 
 json budget_of(const BuildOptions& options) {
@@ -467,42 +422,21 @@ json effective_options(const BuildResult& result, const BuildOptions& options) {
               {"mesh", result.mesh_file.string()},
               {"close_holes", options.close_holes},
               {"mesh_as_given", !options.completion.surface || options.watch},
-              {"far_sphere", options.completion.far_sphere && !options.watch},
-              {"exact_surface", !options.measure_deviation},
               {"hold_out", hold_out},
               {"skip_bad", options.pictures.skip_bad},
               {"watch", options.watch.has_value()},
-              {"order", name_of(options.order)},
-              {"choice", name_of(options.choice)},
-              {"seed", options.seed},
               {"max_views", options.max_views ? json(*options.max_views) : json()},
-              {"layout", options.tiles.whole_views() ? "layers" : "tiles"},
-              {"tile", options.tiles.whole_views() ? json() : json(options.tiles.tile_px)},
-              {"gutter", options.tiles.gutter_px},
-              {"texels", name_of(options.tiles.texels)},
-              {"least_scale", options.least_scale},
               {"texture", options.texture_px ? json(*options.texture_px) : json()},
               {"budget", budget_of(options)},
               {"loss", planner.max_loss_db ? json(*planner.max_loss_db + options.max_texel_loss_db) : json()},
               {"photograph_bytes", planner.max_bytes > 0 ? json(planner.max_bytes) : json()},
-              {"partition", options.cells.partition == Partition::grid ? "grid" : "clusters"},
               {"cell_size", result.snapshot.surface->cells.size},
               {"faces", options.faces.faces ? json(*options.faces.faces) : json()},
               {"faces_pixels", options.faces.pixels},
-              {"normal_weight", options.cells.normal_weight},
-              {"min_view_gain", planner.min_view_gain},
-              {"min_exchange_gain", planner.min_exchange_gain},
-              {"min_reference_gain", planner.min_reference_gain},
-              {"victims", planner.victims},
-              {"visibility", planner.visibility_px},
               {"visibility_by", options.visibility_by == VisibilityBy::gl ? "gl" : "rays"},
-              {"depth_edge", planner.validity.depth_edge},
-              {"edge_radius", planner.validity.edge_radius_px},
-              {"fade", planner.validity.fade_px},
-              {"edges", name_of(planner.validity.edges)}};
+              {"refine", name_of(options.refine)},
+              {"settings", settings_in_effect(result, options)}};
   all.update(mesh_frame_json(options.mesh_frame.value_or(MeshFrame{})));
-  all.update(coverage_options_json(planner.coverage));
-  all.update(refinement_options_json(planner.refinement, options));
   return all;
 }
 

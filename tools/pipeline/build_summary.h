@@ -39,7 +39,7 @@ namespace lumatlas {
 // How many cells refer to 0, 1, 2 ... views, up to the most that any cell refers to.
 [[nodiscard]] std::vector<std::size_t> cells_by_references(const ReferenceTable& references);
 
-// The options as they were used, for the file beside the output.
+// The options as they were used, for the file beside the output; "settings" has those of build_settings().
 [[nodiscard]] nlohmann::json effective_options(const BuildResult& result, const BuildOptions& options);
 
 // One entry per offered view, in the order of the stream: its decision, gain and times, and scov afterwards.

@@ -7,10 +7,19 @@
 #include <vector>
 
 #include "mesh/base/errors.h"
+#include "tools/settings/option_tables.h"
 
 namespace lumatlas {
 
 namespace {
+
+// What a build records of refinement, but its masks.
+Settings<RefinementOptions> refinement_table() {
+  return joined<RefinementOptions>(
+      {within<RefinementOptions>(
+           "refinement.", refinement_settings(), [](auto& options) -> auto& { return options; }),
+       within<RefinementOptions>("alignment.", alignment_settings(), &RefinementOptions::alignment)});
+}
 
 RefinementOptions refinement_of(const ModelNotes& notes, const std::filesystem::path& model) {
   RefinementOptions refinement;
@@ -22,11 +31,8 @@ RefinementOptions refinement_of(const ModelNotes& notes, const std::filesystem::
     const bool all = mode == "all" || mode == "joint";
     refinement.alignment.pose = all || mode == "pose";
     refinement.alignment.exposure = all || mode == "exposure";
-    refinement.alignment.white_balance = refinement.alignment.exposure && built.at("white_balance").get<bool>();
-    refinement.alignment.prior = built.at("prior");
-    refinement.alignment.max_move = built.at("max_move");
-    refinement.least_correlation = built.at("outlier");
-    refinement.samples = built.at("refine_points");
+    assign_values(refinement_table(), refinement, built.at("settings"));
+    refinement.alignment.white_balance = refinement.alignment.exposure && refinement.alignment.white_balance;
     check(refinement);
   } catch (const nlohmann::json::exception& error) {
     throw InputError(model.string() + ": its notes say of refinement what cannot be read (" + error.what() +

@@ -35,7 +35,7 @@ std::string why_nothing_is_stored(const BuildResult& result, const PhotographsUs
   }
   sentence << blind << " see nothing of the mesh, " << outliers << " disagree with the others, "
            << result.planned.size() - blind - outliers << " would add too little at an ideal distance of "
-           << result.effective.coverage.ideal_distance << " (--ideal-distance)";
+           << result.effective.coverage.ideal_distance << " (setting coverage.ideal-distance)";
   return sentence.str();
 }
 

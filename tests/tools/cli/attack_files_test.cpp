@@ -368,10 +368,14 @@ TEST_CASE("a machine without a library of OpenGL is told which one to install") 
   CHECK_FALSE(summary["parsimony"]["taken_away"].empty());
   CHECK(summary["texels"]["scale"] == 1);
 
-  const Arguments build{"build",       made().scene, "-o",      (folder / "fitted").string(),
-                        "--refine",    "none",       "--json",  "--quiet",
-                        "--texels",    "rgb8",       "--tile",  "8",
-                        "--cell-size", "2",          "--faces", "keep"};
+  const Arguments build{"build",       made().scene,
+                        "-o",          (folder / "fitted").string(),
+                        "--refine",    "none",
+                        "--json",      "--quiet",
+                        "--set",       "tiles.texels=rgb8",
+                        "--set",       "tiles.tile=8",
+                        "--cell-size", "2",
+                        "--faces",     "keep"};
   const nlohmann::json whole = nlohmann::json::parse(lumatlas(build).out)["gpu"];
   const auto colors = whole["colors"].get<std::uint64_t>();
   const std::uint64_t budget = whole["sum"].get<std::uint64_t>() - colors * 2 / 3;

@@ -87,7 +87,12 @@ TEST_CASE("a wrong mesh is refused, unless any mesh is to do, and then it is war
   const std::string far = (folder / "far.ply").string();
   write_ply(far, {{{900, 900, 900}, {901, 900, 900}, {900, 901, 900}}, {}, {{0, 1, 2}}});
   const std::string model = (folder / "model").string();
-  Arguments build{"build", made().scene, "--mesh", far, "-o", model, "--no-demand", "--ideal-distance", "1", "--quiet"};
+  Arguments build{"build",  made().scene,
+                  "--mesh", far,
+                  "-o",     model,
+                  "--set",  "coverage.demand=off",
+                  "--set",  "coverage.ideal-distance=1",
+                  "--quiet"};
   check_failure(lumatlas_here(build), "--any-mesh builds all the same");
   build.push_back("--any-mesh");
   const Outcome outcome = lumatlas_here(build);

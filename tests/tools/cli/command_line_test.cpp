@@ -130,7 +130,7 @@ TEST_CASE("a model that is as small as a bound on the loss allows says what it g
   CHECK(faces_pixels({"--budget", "50MB"}) == 0.5);
   CHECK(faces_pixels({"--budget", "50MB", "--faces", "keep"}) == 0);
   CHECK(faces_pixels({"--budget", "5Mtexels"}) == 0);  // which do not bound the mesh
-  CHECK(faces_pixels({"--budget", "50MB", "--layout", "layers"}) == 0);
+  CHECK(faces_pixels({"--budget", "50MB", "--set", "tiles.layout=layers"}) == 0);
   for (const Arguments& all_faces : {Arguments{"--faces", "keep"}, Arguments{"--loss", "0"}}) {
     Arguments arguments{"build",    made().scene, kLargeCells, "-o",   (folder / "other").string(),
                         "--budget", "auto",       "--refine",  "none", "--quiet"};
@@ -307,50 +307,53 @@ TEST_CASE("wrong usage ends with 2, before any output is made") {
       {"build", made().scene, "-o", out, "--image", "jpeg", "--quality", "101"},
       {"inspect", made().model, "--mesh", "mesh.ply"},
       {"inspect", made().model, "--cell-size", "1"},
-      {"inspect", made().model, "--partition", "grid"},
+      {"inspect", made().model, "--set", "cells.partition=grid"},
       {"mesh", made().scene, "-o", out + ".ply", "--voxel", "0.1"},
       {"mesh", made().scene, "-o", out + ".ply", "--most-faces", "500"},
       {"mesh", made().scene, "-o", out + ".ply", "--depth-unit", "0.001"},
-      {"build", made().scene, "-o", out, "--layout", "layers", "--gutter", "2"},
-      {"build", made().scene, "-o", out, "--layout", "layers", "--texels", "bc7"},
-      {"build", made().scene, "-o", out, "--refine", "none", "--white-balance"},
-      {"build", made().scene, "-o", out, "--refine", "exposure", "--prior", "1"},
-      {"build", made().scene, "-o", out, "--refine", "none", "--max-move", "0.1"},
+      {"build", made().scene, "-o", out, "--set", "tiles.layout=layers", "--set", "tiles.gutter=2"},
+      {"build", made().scene, "-o", out, "--set", "tiles.layout=layers", "--set", "tiles.texels=bc7"},
+      {"build", made().scene, "-o", out, "--refine", "none", "--set", "alignment.white-balance=on"},
+      {"build", made().scene, "-o", out, "--refine", "exposure", "--set", "alignment.prior=1"},
+      {"build", made().scene, "-o", out, "--refine", "none", "--set", "alignment.max-move=0.1"},
       {"render", made().model, "-o", out, "--orbit", "--no-color-bar"},
       {"build", made().scene, "-o", out, "--max-views", "-3"},
       {"build", made().scene, "-o", out, "--max-views", "99999999999999999999"},
       {"build", made().scene, "-o", out, "--block", "2"},
       {"build", made().scene, "-o", out, "--watch", "--hold", "4"},
-      {"build", made().scene, "-o", out, "--watch", "--choice", "offline"},
-      {"build", made().scene, "-o", out, "--watch", "--order", "reversed"},
+      {"build", made().scene, "-o", out, "--watch", "--set", "stream.choice=offline"},
+      {"build", made().scene, "-o", out, "--watch", "--set", "stream.order=reversed"},
       {"build", made().scene, "-o", out, "--watch", "--budget", "auto"},
       {"build", made().scene, "-o", out, "--idle", "5"},
       {"build", made().scene, "-o", out, "--view", "--no-browser", "--quiet", "--json"},
-      {"build", made().scene, "-o", out, "--refine", "pose", "--keep-lenses"},
-      {"build", made().scene, "-o", out, "--ideal-distance", "nan"},
-      {"build", made().scene, "-o", out, "--ideal-distance", "2"},
-      {"build", made().scene, "-o", out, "--demand-prior", "-1"},
-      {"build", made().scene, "-o", out, "--demand-prior", "inf"},
-      {"build", made().scene, "-o", out, "--coverage-direction-weight", "nan"},
+      {"build", made().scene, "-o", out, "--refine", "pose", "--set", "refinement.lenses=off"},
+      {"build", made().scene, "-o", out, "--set", "coverage.ideal-distance=nan"},
+      {"build", made().scene, "-o", out, "--set", "coverage.ideal-distance=2"},
+      {"build", made().scene, "-o", out, "--set", "coverage.demand-prior=-1"},
+      {"build", made().scene, "-o", out, "--set", "coverage.demand-prior=inf"},
+      {"build", made().scene, "-o", out, "--set", "coverage.direction-weight=nan"},
       {"build", made().scene, "-o", out, "--cell-size", "inf"},
-      {"build", made().scene, "-o", out, "--min-gain", "-1"},
-      {"build", made().scene, "-o", out, "--min-exchange-gain", "inf"},
-      {"build", made().scene, "-o", out, "--min-reference-gain", "nan"},
-      {"build", made().scene, "-o", out, "--victims", "-1"},
-      {"build", made().scene, "-o", out, "--directions", "0"},
-      {"build", made().scene, "-o", out, "--direction-width", "0"},
-      {"build", made().scene, "-o", out, "--direction-width", "181"},
-      {"build", made().scene, "-o", out, "--views-per-direction", "9"},
-      {"build", made().scene, "-o", out, "--metric", "paper"},
-      {"build", made().scene, "-o", out, "--depart", "share"},
-      {"build", made().scene, "-o", out, "--metric", "printed", "--depart", "sideways"},
-      {"build", made().scene, "-o", out, "--metric", "printed", "--depart", "earlier,others"},
-      {"build", made().scene, "-o", out, "--order", "backwards"},
-      {"build", made().scene, "-o", out, "--choice", "best"},
-      {"build", made().scene, "-o", out, "--seed", "1"},
-      {"build", made().scene, "-o", out, "--order", "shuffled", "--seed", "-1"},
-      {"build", made().scene, "-o", out, "--order", "shuffled", "--seed", "18446744073709551616"},
-      {"build", made().scene, "-o", out, "--order", "1"},
+      {"build", made().scene, "-o", out, "--set", "planner.min-gain=-1"},
+      {"build", made().scene, "-o", out, "--set", "planner.min-exchange-gain=inf"},
+      {"build", made().scene, "-o", out, "--set", "planner.min-reference-gain=nan"},
+      {"build", made().scene, "-o", out, "--set", "planner.victims=-1"},
+      {"build", made().scene, "-o", out, "--set", "coverage.directions=0"},
+      {"build", made().scene, "-o", out, "--set", "coverage.direction-width=0"},
+      {"build", made().scene, "-o", out, "--set", "coverage.direction-width=181"},
+      {"build", made().scene, "-o", out, "--set", "coverage.views-per-direction=9"},
+      {"build", made().scene, "-o", out, "--set", "coverage.metric=paper"},
+      {"build", made().scene, "-o", out, "--set", "departures.share=on"},
+      {"build", made().scene, "-o", out, "--set", "planner.victims"},
+      {"build", made().scene, "-o", out, "--set", "planner.victims=1", "--set", "planner.victims=2"},
+      {"build", made().scene, "-o", out, "--min-gain", "0"},
+      {"build", made().scene, "-o", out, "--set", "coverage.metric=printed", "--set", "departures.sideways=on"},
+      {"build", made().scene, "-o", out, "--set", "coverage.metric=printed", "--set", "departures.comparison=both"},
+      {"build", made().scene, "-o", out, "--set", "stream.order=backwards"},
+      {"build", made().scene, "-o", out, "--set", "stream.choice=best"},
+      {"build", made().scene, "-o", out, "--set", "stream.seed=1"},
+      {"build", made().scene, "-o", out, "--set", "stream.order=shuffled", "--set", "stream.seed=-1"},
+      {"build", made().scene, "-o", out, "--set", "stream.order=shuffled", "--set", "stream.seed=18446744073709551616"},
+      {"build", made().scene, "-o", out, "--set", "stream.order=1"},
       {"build", made().scene, "-o", ""},
       {"build", "", "-o", out},
       {"build", made().scene, "-o", out, "--budget", "0"},
@@ -367,26 +370,28 @@ TEST_CASE("wrong usage ends with 2, before any output is made") {
       {"build", made().scene, "-o", out, "--budget", "auto", "--loss", "-0.1"},
       {"build", made().scene, "-o", out, "--budget", "auto", "--loss", "nan"},
       {"build", made().scene, "-o", out, "--budget", "auto", "--loss", "inf"},
-      {"build", made().scene, "-o", out, "--budget", "auto", "--choice", "offline"},
-      {"build", made().scene, "-o", out, "--budget", "auto", "--metric", "printed"},
-      {"build", made().scene, "-o", out, "--tile", "12"},
-      {"build", made().scene, "-o", out, "--gutter", "3"},
-      {"build", made().scene, "-o", out, "--texels", "bc7", "--gutter", "1"},
-      {"build", made().scene, "-o", out, "--texels", "bc7", "--gutter", "8", "--tile", "24"},
-      {"build", made().scene, "-o", out, "--layout", "quilt"},
-      {"build", made().scene, "-o", out, "--layout", "layers", "--tile", "64"},
-      {"build", made().scene, "-o", out, "--layout", "layers", "--photograph-bytes", "1MiB"},
+      {"build", made().scene, "-o", out, "--budget", "auto", "--set", "stream.choice=offline"},
+      {"build", made().scene, "-o", out, "--budget", "auto", "--set", "coverage.metric=printed"},
+      {"build", made().scene, "-o", out, "--set", "tiles.tile=12"},
+      {"build", made().scene, "-o", out, "--set", "tiles.gutter=3"},
+      {"build", made().scene, "-o", out, "--set", "tiles.texels=bc7", "--set", "tiles.gutter=1"},
+      {"build", made().scene, "-o", out, "--set", "tiles.texels=bc7", "--set", "tiles.gutter=8", "--set",
+       "tiles.tile=24"},
+      {"build", made().scene, "-o", out, "--set", "tiles.layout=quilt"},
+      {"build", made().scene, "-o", out, "--set", "tiles.layout=layers", "--set", "tiles.tile=64"},
+      {"build", made().scene, "-o", out, "--set", "tiles.layout=layers", "--photograph-bytes", "1MiB"},
       {"build", made().scene, "-o", out, "--budget", "100"},
-      {"build", made().scene, "-o", out, "--least-scale", "0.5"},
-      {"build", made().scene, "-o", out, "--budget", "1Mtexels", "--least-scale", "0.5"},
-      {"build", made().scene, "-o", out, "--budget", "1MiB", "--least-scale", "1.5"},
-      {"build", made().scene, "-o", out, "--budget", "auto", "--layout", "layers", "--least-scale", "0.5"},
-      {"build", made().scene, "-o", out, "--texels", "bc1"},
+      {"build", made().scene, "-o", out, "--set", "budget.least-scale=0.5"},
+      {"build", made().scene, "-o", out, "--budget", "1Mtexels", "--set", "budget.least-scale=0.5"},
+      {"build", made().scene, "-o", out, "--budget", "1MiB", "--set", "budget.least-scale=1.5"},
+      {"build", made().scene, "-o", out, "--budget", "auto", "--set", "tiles.layout=layers", "--set",
+       "budget.least-scale=0.5"},
+      {"build", made().scene, "-o", out, "--set", "tiles.texels=bc1"},
       {"build", made().scene, "-o", out, "--visibility-by", "sonar"},
-      {"render", made().model, "--views", made().scene, "-o", out, "--blend-direction-weight", "nan"},
+      {"render", made().model, "--views", made().scene, "-o", out, "--set", "blend.direction-weight=nan"},
       {"render", made().model, "--views", made().scene, "-o", out, "--supersample", "0"},
       {"render", made().model, "--views", made().scene, "-o", out, "--supersample", "5"},
-      {"render", made().model, "--views", made().scene, "-o", out, "--antialias", "edges"},
+      {"render", made().model, "--views", made().scene, "-o", out, "--set", "blend.antialias=edges"},
       {"render", made().model, "--views", made().scene, "-o", out, "--exposure", "mine"},
       {"render", made().model, "-o", out},
       {"render", made().model, "-o", out, "--orbit", "--walk"},
@@ -397,8 +402,8 @@ TEST_CASE("wrong usage ends with 2, before any output is made") {
       {"render", made().model, "-o", out, "--views", made().scene, "--frames", "3"},
       {"render", made().model, "-o", out, "--views", made().scene, "--width", "30"},
       {"render", made().model, "-o", out, "--orbit", "--hold", "8"},
-      {"render", made().model, "-o", out, "--orbit", "--hilbert-order", "2"},
-      {"render", made().model, "-o", out, "--hilbert", "--hilbert-order", "9"},
+      {"render", made().model, "-o", out, "--orbit", "--set", "path.hilbert-order=2"},
+      {"render", made().model, "-o", out, "--hilbert", "--set", "path.hilbert-order=9"},
       {"render", made().model, "-o", out, "--orbit", "--frames", "0"},
       {"render", made().model, "-o", out, "--orbit", "--width", "65537"},
       {"render", made().model, "-o", out, "--orbit", "--height", "0"},
@@ -422,7 +427,7 @@ TEST_CASE("wrong usage ends with 2, before any output is made") {
       {"export", made().model, "-o", out, "--to", "obj", "--texture", "16385"},
       {"export", made().model, "-o", out, "--to", "obj", "--pages", "0"},
       {"export", made().model, "-o", out, "--to", "obj", "--density", "nan"},
-      {"export", made().model, "-o", out, "--to", "obj", "--tolerance", "0"},
+      {"export", made().model, "-o", out, "--to", "obj", "--set", "color.tolerance=0"},
       {"export", made().model, "-o", out, "--to", "web", "--density", "1"},
       {"export", made().model, "-o", out, "--to", "web", "--as-scene"},
       {"export", made().model, "-o", out, "--to", "web", "--from", made().scene},
@@ -474,21 +479,24 @@ TEST_CASE("an option that is refused is told in one sentence of plain words") {
     CHECK(outcome.out.empty());
     return outcome.err.substr(0, outcome.err.find('\n'));
   };
-  const std::string seed = "--seed: -1 is not a whole number from 0 to 18446744073709551615";
-  CHECK(complaint({"build", made().scene, "-o", out, "--order", "shuffled", "--seed", "-1"}) == seed);
-  CHECK(complaint({"synth", "lab", "-o", out, "--seed", "-1"}) == seed);
-  CHECK(complaint({"build", made().scene, "-o", out, "--order", "back"}) ==
-        "--order: back is not given, reversed or shuffled");
-  CHECK(complaint({"build", made().scene, "-o", out, "--coverage-direction-weight", "nan"}) ==
-        "--coverage-direction-weight: nan is not a number from 0 to 1");
-  CHECK(complaint({"build", made().scene, "-o", out, "--ideal-distance", "-1e-9"}) ==
-        "--ideal-distance: -1e-9 is not a finite number of 0 or more");
-  CHECK(complaint({"build", made().scene, "-o", out, "--texels", "bc1"}) == "--texels: bc1 is not auto, rgb8 or bc7");
-  CHECK(complaint({"build", made().scene, "-o", out, "--tile", "12"}) == "--tile: 12 is not a multiple of 8");
+  const std::string seed = ": -1 is not a whole number from 0 to 18446744073709551615";
+  CHECK(complaint({"build", made().scene, "-o", out, "--set", "stream.order=shuffled", "--set", "stream.seed=-1"}) ==
+        "--set stream.seed" + seed);
+  CHECK(complaint({"synth", "lab", "-o", out, "--seed", "-1"}) == "--seed" + seed);
+  CHECK(complaint({"build", made().scene, "-o", out, "--set", "stream.order=back"}) ==
+        "--set stream.order: back is not given, reversed or shuffled");
+  CHECK(complaint({"build", made().scene, "-o", out, "--set", "coverage.direction-weight=nan"}) ==
+        "--set coverage.direction-weight: nan is not a number from 0 to 1");
+  CHECK(complaint({"build", made().scene, "-o", out, "--set", "coverage.ideal-distance=-1e-9"}) ==
+        "--set coverage.ideal-distance: -1e-9 is not a finite number of 0 or more");
+  CHECK(complaint({"build", made().scene, "-o", out, "--set", "tiles.texels=bc1"}) ==
+        "--set tiles.texels: bc1 is not auto, rgb8 or bc7");
+  CHECK(complaint({"build", made().scene, "-o", out, "--set", "tiles.tile=12"}) ==
+        "--set tiles.tile: 12 is not a multiple of 8");
   CHECK(complaint({"mesh", made().scene, "-o", out + ".ply", "--spacing", "2000"}) ==
         "--spacing: 2000, must be in [0, 1000]");
-  CHECK(complaint({"mesh", made().scene, "-o", out + ".ply", "--sure-views", "-1"}) ==
-        "--sure-views: -1, must be in [0.1, 1000]");
+  CHECK(complaint({"mesh", made().scene, "-o", out + ".ply", "--set", "cut.sure-views=-1"}) ==
+        "--set cut.sure-views: -1 is not a number from 0.1 to 1000");
   CHECK(complaint({"mesh", made().scene, "-o", out + ".ply", "--voxel", "1"}) ==
         "--voxel: is for depth images, and this mesh is made of photographs");
   CHECK(complaint({"mesh", made().scene, "-o", out + ".ply", "--from", "points", "--match-size", "128"}) ==
@@ -540,7 +548,7 @@ TEST_CASE("input that does not do ends with 1 and one sentence that says what to
   check_failure(lumatlas_here({"render", made().model, "--path", made().scene + "/mesh.ply", "-o", out}),
                 "is not JSON");
   check_failure(lumatlas_here({"build", made().scene, "-o", out, "--cell-size", "1e-30"}), "give a larger --cell-size");
-  check_failure(lumatlas_here({"build", made().scene, "-o", out, "--layout", "layers", "--budget", "20KiB"}),
+  check_failure(lumatlas_here({"build", made().scene, "-o", out, "--set", "tiles.layout=layers", "--budget", "20KiB"}),
                 "takes 30720 bytes in the store, more than the budget of 20480");
   check_failure(lumatlas_here({"build", made().scene, "-o", out, "--budget", "40KiB"}),
                 "more than the budget of 40960: give at least that as --budget");
@@ -558,16 +566,17 @@ TEST_CASE("a budget bounds the store in bytes, whatever its unit, and is told be
                                     {"1mb", 1000000}}) {
     CAPTURE(size);
     const Outcome outcome =
-        lumatlas_here({"build", made().scene, kLargeCells, "-o", model, "--layout", "layers", "--budget", size,
-                       "--min-gain", "0", "--refine", "none", "--json", "--quiet"});
+        lumatlas_here({"build", made().scene, kLargeCells, "-o", model, "--set", "tiles.layout=layers", "--budget",
+                       size, "--set", "planner.min-gain=0", "--refine", "none", "--json", "--quiet"});
     REQUIRE(outcome.status == 0);
     const nlohmann::json summary = nlohmann::json::parse(outcome.out);
     CHECK(summary["bytes"]["resident"] == std::min<std::uint64_t>(bytes / per_view, 12) * per_view);
     CHECK(options_beside(model)["budget"] == bytes);
     CHECK(options_beside(model)["max_views"].is_null());
   }
-  const Outcome both = lumatlas_here({"build", made().scene, kLargeCells, "-o", model, "--layout", "layers", "--budget",
-                                      "1MiB", "--max-views", "2", "--min-gain", "0", "--refine", "none", "--quiet"});
+  const Outcome both =
+      lumatlas_here({"build", made().scene, kLargeCells, "-o", model, "--set", "tiles.layout=layers", "--budget",
+                     "1MiB", "--max-views", "2", "--set", "planner.min-gain=0", "--refine", "none", "--quiet"});
   REQUIRE(both.status == 0);
   CHECK_THAT(both.out,
              Catch::StartsWith(model + ": 2 of 12 views stored (") && Catch::Contains("; photographs 0.1 MB of 0.1\n"));
@@ -576,27 +585,32 @@ TEST_CASE("a budget bounds the store in bytes, whatever its unit, and is told be
 TEST_CASE("tiles are bounded in bytes or texels, and what is shown with all of them is what layers show") {
   const TemporaryFolder folder;
   const auto build = [&](const std::string& name, const Arguments& more) {
-    Arguments arguments{"build",      made().scene, kLargeCells, "-o",   (folder / name).string(),
-                        "--min-gain", "0",          "--refine",  "none", "--hold",
-                        "3",          "--json",     "--quiet"};
+    Arguments arguments{"build",    made().scene,
+                        "-o",       (folder / name).string(),
+                        "--set",    "planner.min-gain=0",
+                        "--refine", "none",
+                        "--hold",   "3",
+                        "--json",   "--quiet"};
     arguments.insert(arguments.end(), more.begin(), more.end());
     const Outcome outcome = lumatlas_here(arguments);
     REQUIRE(outcome.status == 0);
     return nlohmann::json::parse(outcome.out);
   };
-  const nlohmann::json all = build("tiles", {"--tile", "16", "--gutter", "2"});
+  const nlohmann::json all = build("tiles", {"--set", "tiles.tile=16", "--set", "tiles.gutter=2"});
   const std::uint64_t slot_texels = 20 * 20, slot_size = (20 * 20 + 10 * 10) * 4 + 2 * 2 * 16;
   CHECK(all["texels"]["resident"].get<std::uint64_t>() / slot_texels * slot_size == all["bytes"]["resident"]);
-  const nlohmann::json some = build("some", {"--tile", "16", "--gutter", "2", "--budget", "20ktexels"});
+  const nlohmann::json some =
+      build("some", {"--set", "tiles.tile=16", "--set", "tiles.gutter=2", "--budget", "20ktexels"});
   CHECK(some["texels"]["budget"] <= 20'000);
   CHECK(some["texels"]["resident"] <= some["texels"]["budget"]);
   CHECK(some["texels"]["resident"] > 10'000);
   CHECK(options_beside(folder / "some")["budget"] == 20'000 / slot_texels * slot_size);
   CHECK(options_beside(folder / "some")["photograph_bytes"] == 4 * (20'000 / slot_texels * slot_size));
-  CHECK(options_beside(folder / "some")["layout"] == "tiles");
+  CHECK(options_beside(folder / "some")["settings"]["tiles.layout"] == "tiles");
   const std::uint64_t less = all["gpu"]["sum"].get<std::uint64_t>() - all["gpu"]["colors"].get<std::uint64_t>() / 2;
-  CHECK(build("bytes", {"--tile", "16", "--gutter", "2", "--budget", std::to_string(less)})["gpu"]["sum"] <= less);
-  build("layers", {"--layout", "layers"});
+  CHECK(build("bytes", {"--set", "tiles.tile=16", "--set", "tiles.gutter=2", "--budget",
+                        std::to_string(less)})["gpu"]["sum"] <= less);
+  build("layers", {"--set", "tiles.layout=layers"});
   const auto score = [&](const std::string& name) {
     const Outcome outcome = lumatlas_here({"validate", (folder / name).string(), "--views", made().scene, "--hold", "3",
                                            "--baselines", "none", "--no-alignment", "--json", "--quiet"});
@@ -619,23 +633,30 @@ TEST_CASE(
     REQUIRE(outcome.status == 0);
     return options_beside(model);
   };
-  CHECK(with({})["metric"] == "directions");
-  CHECK(with({})["order"] == "given");
-  CHECK(with({"--order", "shuffled", "--seed", "7"})["seed"] == 7);
+  const auto set_by = [&](const Arguments& more, const char* name) { return with(more)["settings"][name]; };
+  CHECK(set_by({}, "coverage.metric") == "directions");
+  CHECK(set_by({}, "stream.order") == "given");
+  CHECK(set_by({"--set", "stream.order=shuffled", "--set", "stream.seed=7"}, "stream.seed") == 7);
   for (const char* const choice : {"offline", "uniform", "random"}) {
-    CHECK(with({"--choice", choice})["choice"] == choice);
+    CHECK(set_by({"--set", std::string("stream.choice=") + choice}, "stream.choice") == choice);
     CHECK(nlohmann::json::parse(bytes_of(fs::path(model) / "plan.json"))["summary"]["views"]["stored"] == 3);
   }
-  CHECK(with({})["demand"] == true);
-  CHECK(with({"--no-demand"})["demand"] == false);
-  CHECK(with({"--no-demand", "--ideal-distance", "2"})["ideal_distance"] == 2);
-  CHECK(with({"--demand-prior", "3"})["demand_prior"] == 3);
-  CHECK(with({"--metric", "printed", "--ideal-distance", "2"})["ideal_distance"] == 2);
-  CHECK(with({"--metric", "printed"})["depart"].empty());
-  CHECK(with({"--metric", "departures"})["depart"].size() == 5);
-  const nlohmann::json two = with({"--metric", "departures", "--depart", "others,first-view"});
-  CHECK(two["depart"] == nlohmann::json{"first-view", "others"});
-  CHECK(with({"--metric", "printed", "--depart", "others,first-view"})["depart"] == two["depart"]);
+  CHECK(set_by({}, "coverage.demand") == true);
+  CHECK(set_by({"--set", "coverage.demand=off"}, "coverage.demand") == false);
+  CHECK(set_by({"--set", "coverage.demand=off", "--set", "coverage.ideal-distance=2"}, "coverage.ideal-distance") == 2);
+  CHECK(set_by({"--set", "coverage.demand-prior=3"}, "coverage.demand-prior") == 3);
+  CHECK(set_by({"--set", "coverage.metric=printed", "--set", "coverage.ideal-distance=2"}, "coverage.ideal-distance") ==
+        2);
+  CHECK(set_by({"--set", "coverage.metric=printed"}, "departures.hemisphere") == false);
+  CHECK(set_by({"--set", "coverage.metric=departures"}, "departures.hemisphere") == true);
+  // Whatever the order in which they are given, the metric does not undo the departures.
+  const nlohmann::json two = with({"--set", "departures.comparison=others", "--set", "departures.first-view=on",
+                                   "--set", "coverage.metric=printed"})["settings"];
+  CHECK(two["coverage.metric"] == "departures");
+  CHECK(two["departures.comparison"] == "others");
+  CHECK(two["departures.first-view"] == true);
+  CHECK(two["departures.hemisphere"] == false);
+  CHECK(two["planner.min-gain"] == 0.1);
 }
 
 TEST_CASE("a folder that is not an earlier output is refused and left as it is") {
@@ -764,10 +785,10 @@ constexpr const char* kTinySweep = R"({
                                                   "triangles": 2000}}],
              "full": [{"name": "room", "synth": {"kind": "apartment"}}]},
   "build": {"hold": 4, "refine": "none", "cell-size": "=diameter/20"},
-  "validate": {"baselines": "none", "no-alignment": true, "time-frames": 2, "frame-width": 32, "frame-height": 24},
-  "option": {"build": "references"}, "values": {"small": [1, 4], "full": [16]},
+  "validate": {"baselines": "none", "no-alignment": true, "time-frames": 2, "timing.width": 32, "timing.height": 24},
+  "option": {"build": "coverage.references"}, "values": {"small": [1, 4], "full": [16]},
   "series": [{"label": "ours", "mark": "default"},
-             {"label": "printed", "mark": "printed", "build": {"metric": "printed"}}],
+             {"label": "printed", "mark": "printed", "build": {"coverage.metric": "printed"}}],
   "metrics": ["psnr.fitted", "frame.cpu"],
   "plots": [{"x": "value", "y": ["psnr.fitted", "frame.wall"], "log": "x"}]
 })";
@@ -814,7 +835,7 @@ TEST_CASE("charts: a run that is killed goes on where it was, and ends with a pa
 TEST_CASE("charts: a point that fails is told, with exit status 1, and the page has the others") {
   const TemporaryFolder folder;
   nlohmann::json description = nlohmann::json::parse(kTinySweep);
-  description["series"][1] = {{"label", "fails"}, {"build", {{"layout", "layers"}, {"budget", 10}}}};
+  description["series"][1] = {{"label", "fails"}, {"build", {{"tiles.layout", "layers"}, {"budget", 10}}}};
   description["values"]["small"] = {2};
   const std::string sweep = folder.with_file("tiny.json", description.dump()).string();
   const fs::path out = folder / "out";
@@ -834,7 +855,7 @@ TEST_CASE("charts: options that the program refuses are refused before anything 
   };
   check_failure(chart("\"refine\"", "\"refne\""), "tiny.json: build.refne: `lumatlas build` has no option --refne");
   check_failure(chart("\"none\", \"cell", "\"some\", \"cell"), "tiny.json: room/ours/16: build: --refine");
-  check_failure(chart("[16]", "[70000]"), "tiny.json: room/ours/70000: build: --references");
+  check_failure(chart("[16]", "[70000]"), "tiny.json: room/ours/70000: build: --set coverage.references");
   check_failure(chart("=diameter/20", "=diameter/0"), "room/ours/16: --cell-size is \"=diameter/0\", must be");
   check_failure(chart("\"baselines\": \"none\"", "\"baselines\": \"nothing\""), "validate: --baselines");
   check_failure(chart("{\"kind\": \"apartment\"}", "{\"kind\": \"castle\"}"), "room/ours/16: synth: ");
@@ -917,7 +938,8 @@ TEST_CASE("a model is rendered from another scene's cameras, and its scores are 
   for (const char* const name : {"0000.png", "0004.png"}) CHECK(fs::file_size(fs::path(pictures) / name) > 100);
   CHECK(options_beside(pictures)["exposure"] == "nearby");
   const std::string printed = (folder / "printed").string();
-  REQUIRE(lumatlas_here({"render", made().model, "--views", other, "-o", printed, "--weights", "printed", "--quiet"})
+  REQUIRE(lumatlas_here(
+              {"render", made().model, "--views", other, "-o", printed, "--set", "blend.weights=printed", "--quiet"})
               .status == 0);
   CHECK(options_beside(printed)["exposure"] == "model");
   const Outcome validate =
@@ -1001,11 +1023,11 @@ TEST_CASE("every mode is shown with its colour bar or without, from the cameras 
 TEST_CASE("trust is shown by no model whose surface counts as exact") {
   const TemporaryFolder folder;
   const std::string model = (folder / "model").string(), out = (folder / "out").string();
-  REQUIRE(
-      lumatlas_here({"build", made().scene, kLargeCells, "-o", model, "--refine", "none", "--exact-surface", "--quiet"})
-          .status == 0);
+  REQUIRE(lumatlas_here({"build", made().scene, kLargeCells, "-o", model, "--refine", "none", "--set",
+                         "surface.exact=on", "--quiet"})
+              .status == 0);
   check_failure(lumatlas_here({"render", model, "--views", made().scene, "--mode", "trust", "-o", out, "--quiet"}),
-                "the model does not say how far its surface is off: it was built with --exact-surface, or");
+                "the model does not say how far its surface is off: it was built with surface.exact=on, or");
   CHECK_FALSE(fs::exists(out));
 }
 
@@ -1016,8 +1038,11 @@ TEST_CASE("every kind of path gives the frames that were asked for, at their siz
   const fs::path keys = folder.with_file("path.json", R"({"keys": [{"position": [2, 2, 1.5], "look_at": [3, 2, 1]},
     {"position": [2, 3, 1.5], "look_at": [900, 3, 1], "fov": 30},
     {"position": [700, 3, 1.5], "look_at": [900, 3, 1]}]})");
-  for (const Arguments& path : std::vector<Arguments>{
-           {"--orbit"}, {"--walk"}, {"--hilbert"}, {"--hilbert", "--hilbert-order", "1"}, {"--path", keys.string()}}) {
+  for (const Arguments& path : std::vector<Arguments>{{"--orbit"},
+                                                      {"--walk"},
+                                                      {"--hilbert"},
+                                                      {"--hilbert", "--set", "path.hilbert-order=1"},
+                                                      {"--path", keys.string()}}) {
     CAPTURE(path.back());
     Arguments arguments{"render",   made().model, "--frames", "5",       "--width",       "40",
                         "--height", "30",         "--mode",   "depth",   "--range",       "0",
@@ -1128,7 +1153,7 @@ TEST_CASE("mesh refuses an output that is no PLY, that is its points, or that ca
   const std::string scene = made().scene;
   CHECK(lumatlas_here({"mesh", scene, "-o", (folder / "mesh.obj").string()}).status == 2);
   CHECK(lumatlas_here({"mesh", scene, "-o", (folder / "mesh.ply").string(), "--spacing", "-1"}).status == 2);
-  CHECK(lumatlas_here({"mesh", scene, "-o", (folder / "mesh.ply").string(), "--noise", "nan"}).status == 2);
+  CHECK(lumatlas_here({"mesh", scene, "-o", (folder / "mesh.ply").string(), "--set", "cut.noise=nan"}).status == 2);
   const std::string mesh = scene + "/mesh.ply", bytes = bytes_of(mesh);
   CHECK(lumatlas_here({"mesh", scene, "-o", mesh, "--points", mesh}).status == 1);
   CHECK(bytes_of(mesh) == bytes);

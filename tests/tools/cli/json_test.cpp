@@ -74,7 +74,7 @@ TEST_CASE("every key that build, mesh, inspect, export and synth print is on the
   const std::string model = (folder / "model").string();
   printed_by(made().build, build);
   const Arguments more{"build", made().scene, kLargeCells, "-o", model, "--refine", "none", "--json", "--quiet"};
-  for (const Arguments& of : {Arguments{"--budget", "auto"}, Arguments{"--choice", "offline"}}) {
+  for (const Arguments& of : {Arguments{"--budget", "auto"}, Arguments{"--set", "stream.choice=offline"}}) {
     Arguments arguments = more;
     arguments.insert(arguments.end(), of.begin(), of.end());
     printed_by(lumatlas_here(arguments), build);
@@ -133,10 +133,10 @@ TEST_CASE("every key that render, validate and chart print is on the page, and n
                          "--quiet",
                          "--time-frames",
                          "1",
-                         "--frame-width",
-                         "32",
-                         "--frame-height",
-                         "24"};
+                         "--set",
+                         "timing.width=32",
+                         "--set",
+                         "timing.height=24"};
   printed_by(lumatlas_here(scored), validate);
   Arguments tested = scored;
   tested.insert(tested.end(), {"--test", made().scene + "/test"});
@@ -147,7 +147,7 @@ TEST_CASE("every key that render, validate and chart print is on the page, and n
                                                     "samples": 1, "triangles": 2000}}],
                "full": [{"name": "room", "synth": {"kind": "apartment"}}]},
     "build": {"hold": 3, "refine": "none"}, "validate": {"baselines": "none", "no-alignment": true},
-    "option": {"build": "references"}, "values": {"small": [4], "full": [16]}, "series": [{"label": "ours"}],
+    "option": {"build": "coverage.references"}, "values": {"small": [4], "full": [16]}, "series": [{"label": "ours"}],
     "metrics": ["psnr.fitted"], "plots": []})");
   const json charted = printed_by(
       lumatlas({"chart", sweep.string(), "-o", out + "-chart", "--scale", "small", "--json", "--quiet"}), chart);

@@ -4,8 +4,6 @@
 #include <catch2/catch.hpp>
 #include <string>
 
-#include "tools/cli/nearest_name.h"
-
 namespace lumatlas {
 namespace {
 
@@ -66,20 +64,6 @@ TEST_CASE("sizes are whole and have a unit of bytes or texels") {
   }
   CHECK(judged(byte_size(), "2kB") == "2000");
   CHECK(judged(byte_or_texel_size({"auto"}), "auto") == "auto");
-}
-
-TEST_CASE("the nearest name is the one with the fewest slips, and none that is far") {
-  CHECK(edit_distance("", "abc") == 3);
-  CHECK(edit_distance("kitten", "sitting") == 3);
-  CHECK(edit_distance("biuld", "build") == 1);
-  CHECK(edit_distance("build", "build") == 0);
-  const std::vector<std::string> names{"build", "render", "mesh"};
-  CHECK(nearest_name("bulid", names) == "build");
-  CHECK(nearest_name("rendr", names) == "render");
-  CHECK(nearest_name("msh", names) == "mesh");
-  CHECK(nearest_name("chart", names).empty());
-  CHECK(nearest_name("", names).empty());
-  CHECK(nearest_name(std::string(1000, 'b'), names).empty());
 }
 
 }  // namespace

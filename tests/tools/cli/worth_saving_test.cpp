@@ -66,8 +66,9 @@ void check_refused(const Outcome& outcome, const std::string& part) {
 
 TEST_CASE("a model without photographs is not saved, whether something was at its place or not") {
   const Changed changed;
-  const Arguments nothing{"build",       made().scene,       "-o",     changed.model,
-                          "--no-demand", "--ideal-distance", "1e-320", "--quiet"};
+  const Arguments nothing{"build",  made().scene,          "-o",    changed.model,
+                          "--set",  "coverage.demand=off", "--set", "coverage.ideal-distance=1e-320",
+                          "--quiet"};
   const std::string part =
       "none of the 12 photographs is stored, so that no model was saved: 0 see nothing of the mesh";
   check_refused(lumatlas_here(nothing), part);
@@ -130,8 +131,8 @@ TEST_CASE("fewer photographs because fewer were asked for are no reason to refus
   CHECK(
       lumatlas_here({"build", made().scene, kLargeCells, "-o", changed.model, "--max-views", "2", "--quiet"}).status ==
       0);
-  CHECK(lumatlas_here({"build", made().scene, kLargeCells, "-o", changed.model, "--choice", "uniform", "--max-views",
-                       "2", "--quiet"})
+  CHECK(lumatlas_here({"build", made().scene, kLargeCells, "-o", changed.model, "--set", "stream.choice=uniform",
+                       "--max-views", "2", "--quiet"})
             .status == 0);
   CHECK(lumatlas_here({"build", made().scene, kLargeCells, "-o", changed.model, "--hold", "2", "--quiet"}).status == 0);
 }

@@ -24,6 +24,7 @@
 #include "planner/refinement/photometry.h"
 #include "tests/support/temporary_folder.h"
 #include "tools/lab/synth/synth.h"
+#include "tools/pipeline/build_settings.h"
 #include "tools/pipeline/build_summary.h"
 #include "tools/pipeline/model_inspection.h"
 #include "tools/pipeline/save_model.h"
@@ -698,43 +699,23 @@ TEST_CASE("the options in effect say all that a build depends on, and name the d
   options.planner.coverage.departures = CoverageDepartures::none();
   options.planner.coverage.departures.hemisphere = true;
   const nlohmann::json effective = effective_options(build_model(small_scene(), options), options);
-  CHECK(effective["order"] == "shuffled");
-  CHECK(effective["choice"] == "random");
-  CHECK(effective["seed"] == 9);
+  const nlohmann::json& settings = effective["settings"];
+  CHECK(settings["stream.order"] == "shuffled");
+  CHECK(settings["stream.choice"] == "random");
+  CHECK(settings["stream.seed"] == 9);
   CHECK(effective["budget"] == 100 * kBytesPerView);
   CHECK(effective["max_views"] == 6);
-  CHECK(effective["metric"] == "departures");
-  CHECK(effective["depart"] == nlohmann::json{"hemisphere"});
-  for (const char* const key : {"mesh",
-                                "hold_out",
-                                "partition",
-                                "cell_size",
-                                "references",
-                                "coverage_direction_weight",
-                                "ideal_distance",
-                                "distance_sigma",
-                                "max_cell_coverage",
-                                "directions",
-                                "direction_width",
-                                "views_per_direction",
-                                "demand",
-                                "demand_prior",
-                                "min_view_gain",
-                                "min_exchange_gain",
-                                "min_reference_gain",
-                                "victims",
-                                "visibility",
-                                "texels",
-                                "fade",
-                                "refine",
-                                "refine_points",
-                                "revisits",
-                                "prior",
-                                "max_move",
-                                "outlier",
-                                "masks",
-                                "white_balance",
-                                "refine_lenses"}) {
+  CHECK(settings["coverage.metric"] == "departures");
+  CHECK(settings["departures.hemisphere"] == true);
+  CHECK(settings["departures.first-view"] == false);
+  CHECK(settings["coverage.ideal-distance"] > 0);
+  CHECK(settings["coverage.distance-sigma"] == settings["coverage.ideal-distance"].get<double>() / 2);
+  CHECK(settings["tiles.texels"] == "rgb8");  // none of the ways to choose it
+  for (const std::string& name : names_of(build_settings())) {
+    CAPTURE(name);
+    CHECK(settings.contains(name));
+  }
+  for (const char* const key : {"mesh", "hold_out", "cell_size", "refine"}) {
     CAPTURE(key);
     CHECK(effective.contains(key));
   }

@@ -35,8 +35,8 @@ SweepPoint point_of(const Sweep& sweep, std::size_t scene, std::size_t series, s
                    sweep.scored_undisturbed ? undisturbed : options.synth};
   if (seed) {
     point.name += "/" + std::to_string(*seed);
-    point.build["order"] = {.given = true, .text = "shuffled"};
-    point.build["seed"] = {.given = true, .text = std::to_string(*seed)};
+    point.build["stream.order"] = {.given = true, .text = "shuffled"};
+    point.build["stream.seed"] = {.given = true, .text = std::to_string(*seed)};
   }
   return point;
 }

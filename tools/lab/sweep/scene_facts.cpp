@@ -31,7 +31,7 @@ std::optional<std::size_t> whole_number(const OptionValues& options, const char*
 }
 
 [[noreturn]] void refuse(const std::string& name, const std::string& text) {
-  throw InputError("--" + name + " is \"" + text +
+  throw InputError((is_setting(name) ? "" : "--") + name + " is \"" + text +
                    "\", must be =scene/FILE, or =diameter, =photographs, =offered, =texels or =bytes, if need be with "
                    "/ or * and a positive number");
 }

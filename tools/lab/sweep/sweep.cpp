@@ -53,7 +53,7 @@ class SweepReader {
 
   [[nodiscard]] JsonPlace at_scale(const JsonPlace& place) const;
   void check_option(const std::string& command, const std::string& name, const JsonPlace& place) const;
-  [[nodiscard]] static OptionValue option_value(const JsonPlace& place);
+  [[nodiscard]] static OptionValue option_value(const std::string& name, const JsonPlace& place);
   [[nodiscard]] OptionValues option_values(const std::string& command, const JsonPlace& place) const;
   [[nodiscard]] CommandOptions command_options(const JsonPlace& place) const;
   [[nodiscard]] SweptOption swept_option(const JsonPlace& place) const;
@@ -74,17 +74,19 @@ JsonPlace SweepReader::at_scale(const JsonPlace& place) const {
 }
 
 void SweepReader::check_option(const std::string& command, const std::string& name, const JsonPlace& place) const {
-  constexpr std::array kOwn = {"output", "json", "quiet", "help", "help-all"};
+  constexpr std::array kOwn = {"output", "json", "quiet", "help", "help-all", "set"};
   if (std::find(kOwn.begin(), kOwn.end(), name) != kOwn.end() ||
       (command == "validate" && (name == "views" || name == "no-pictures"))) {
     place.refuse("--" + name + " is for `lumatlas chart` to give");
   }
-  if (!knows_option_(command, name)) place.refuse("`lumatlas " + command + "` has no option --" + name);
+  if (knows_option_(command, name)) return;
+  place.refuse("`lumatlas " + command + "` has no " + (is_setting(name) ? "setting " : "option --") + name);
 }
 
-OptionValue SweepReader::option_value(const JsonPlace& place) {
+OptionValue SweepReader::option_value(const std::string& name, const JsonPlace& place) {
   const json& value = place.value();
   if (value.is_null()) return {.given = false, .text = {}};
+  if (value.is_boolean() && is_setting(name)) return {.given = true, .text = value.get<bool>() ? "on" : "off"};
   if (value.is_boolean()) return {.given = value.get<bool>(), .text = {}};
   if (value.is_number()) return {.given = true, .text = value.dump()};
   if (value.is_string()) return {.given = true, .text = place.text()};
@@ -92,7 +94,7 @@ OptionValue SweepReader::option_value(const JsonPlace& place) {
   std::string list;
   for (const JsonPlace& element : place.elements()) {
     const bool is_list = element.value().is_array();
-    const std::optional<std::string> text = is_list ? std::nullopt : option_value(element).text;
+    const std::optional<std::string> text = is_list ? std::nullopt : option_value(name, element).text;
     if (!text) element.refuse("must be a number or a text");
     list += (list.empty() ? "" : ",") + *text;
   }
@@ -104,7 +106,7 @@ OptionValues SweepReader::option_values(const std::string& command, const JsonPl
   for (const auto& [name, member] : place.members()) {
     if (command == "synth" && name == "kind") continue;
     check_option(command, name, member);
-    options[name] = option_value(member);
+    options[name] = option_value(name, member);
   }
   return options;
 }
@@ -130,7 +132,7 @@ SweepValue SweepReader::value(const JsonPlace& place, const SweptOption& option)
   SweepValue value;
   const auto set = [&](const JsonPlace& of) {
     if (option.name.empty()) of.refuse("there is no \"option\" that it could be a value of");
-    options_of(value.options, option.command)[option.name] = option_value(of);
+    options_of(value.options, option.command)[option.name] = option_value(option.name, of);
   };
   if (place.value().is_object()) {
     place.expect_keys({"label"}, {"x", "value", "synth", "mesh", "build", "validate"});
@@ -342,10 +344,16 @@ const char* name_of(SweepScale scale) {
   return scale == SweepScale::small ? "small" : scale == SweepScale::medium ? "medium" : "full";
 }
 
+bool is_setting(const std::string& name) {
+  return name.find('.') != std::string::npos;
+}
+
 std::vector<std::string> arguments_of(const OptionValues& options) {
   std::vector<std::string> arguments;
   for (const auto& [name, value] : options) {
-    if (value.given) arguments.push_back("--" + name + (value.text ? "=" + *value.text : ""));
+    if (!value.given) continue;
+    const std::string option = is_setting(name) ? "--set=" + name : "--" + name;
+    arguments.push_back(option + (value.text ? "=" + *value.text : ""));
   }
   return arguments;
 }

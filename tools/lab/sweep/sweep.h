@@ -21,7 +21,11 @@ struct OptionValue {
   bool operator==(const OptionValue&) const = default;
 };
 
-using OptionValues = std::map<std::string, OptionValue>;  // by name, without dashes
+// By name: of an option, without dashes, or of a setting, which has a point in it.
+using OptionValues = std::map<std::string, OptionValue>;
+
+// Returns whether a name is that of a setting, "coverage.metric", rather than of an option.
+[[nodiscard]] bool is_setting(const std::string& name);
 
 // Options of the commands that make a point.
 struct CommandOptions {
@@ -33,7 +37,7 @@ struct CommandOptions {
 // Those of `over` replace those of `options`.
 void overlay(CommandOptions& options, const CommandOptions& over);
 
-// "--name=text" or "--name", for those that are given, by name.
+// "--name=text" or "--name", and "--set=name=text" for settings, for those that are given, by name.
 [[nodiscard]] std::vector<std::string> arguments_of(const OptionValues& options);
 
 struct SweepScene {
@@ -103,7 +107,8 @@ enum class SweepScale { small, medium, full };
 
 [[nodiscard]] const char* name_of(SweepScale scale);
 
-// Returns whether a command ("synth", "mesh", "build" or "validate") has an option of this name (without dashes).
+// Returns whether a command ("synth", "mesh", "build" or "validate") has an option (without dashes) or a setting of
+// this name.
 using KnowsOption = std::function<bool(const std::string& command, const std::string& option)>;
 
 // What a file describes at one scale: one sweep, {"name": ..., "scenes": ..., ...}, or several,

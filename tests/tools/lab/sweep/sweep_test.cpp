@@ -32,7 +32,7 @@ json valid_sweep() {
     "option": {"build": "max-views"},
     "values": {"small": [1, 2], "full": [1, 2, {"label": "most", "x": 9, "value": "=offered"}]},
     "series": [{"label": "ours", "mark": "default"},
-               {"label": "printed", "mark": "printed", "build": {"metric": "printed", "refine": null}}],
+               {"label": "printed", "mark": "printed", "build": {"coverage.metric": "printed", "refine": null}}],
     "repeats": {"small": 0, "full": 2},
     "metrics": ["psnr.fitted"],
     "plots": [{"x": "value", "y": ["psnr.fitted"], "log": "x"}],
@@ -41,11 +41,21 @@ json valid_sweep() {
 }
 
 bool knows(const std::string& command, const std::string& option) {
-  static const std::set<std::string> options{
-      "build hold",        "build refine", "build max-views",    "build metric",
-      "build order",       "build seed",   "validate baselines", "validate no-alignment",
-      "synth photographs", "synth seed",   "synth pose-noise",   "build output",
-      "mesh from",         "mesh output"};
+  static const std::set<std::string> options{"build hold",
+                                             "build refine",
+                                             "build max-views",
+                                             "build coverage.metric",
+                                             "build coverage.demand",
+                                             "build stream.order",
+                                             "build stream.seed",
+                                             "validate baselines",
+                                             "validate no-alignment",
+                                             "synth photographs",
+                                             "synth seed",
+                                             "synth pose-noise",
+                                             "build output",
+                                             "mesh from",
+                                             "mesh output"};
   return options.contains(command + " " + option);
 }
 
@@ -196,6 +206,10 @@ TEST_CASE("whatever is wrong with a sweep is named with its place") {
        "option.build: `lumatlas build` has no option --vews"},
       {[](json& s) { s["option"] = json::object(); }, "option: must name one option"},
       {[](json& s) { s["build"]["cell-sise"] = 1; }, "build.cell-sise: `lumatlas build` has no option --cell-sise"},
+      {[](json& s) { s["build"]["coverage.metrik"] = 1; },
+       "build.coverage.metrik: `lumatlas build` has no setting coverage.metrik"},
+      {[](json& s) { s["build"]["set"] = "coverage.metric=printed"; },
+       "build.set: --set is for `lumatlas chart` to give"},
       {[](json& s) { s["build"]["output"] = "x"; }, "build.output: --output is for `lumatlas chart` to give"},
       {[](json& s) { s["validate"]["views"] = "x"; }, "validate.views: --views is for `lumatlas chart` to give"},
       {[](json& s) { s["mesh"]["output"] = "x"; }, "mesh.output: --output is for `lumatlas chart` to give"},
@@ -274,10 +288,24 @@ TEST_CASE("options of scene, series and value replace those before, and null tak
   CHECK(points[2].name == "large/ours/2/1");
   CHECK(points[6].name == "other/ours/1/1");
   CHECK(points[12].name == "large/ours/1/2");
-  CHECK(arguments_of(points[0].build) ==
-        std::vector<std::string>{"--hold=4", "--max-views=1", "--order=shuffled", "--refine=none", "--seed=1"});
-  CHECK(arguments_of(points[7].build) ==
-        std::vector<std::string>{"--hold=7", "--max-views=1", "--metric=printed", "--order=shuffled", "--seed=1"});
+  CHECK(arguments_of(points[0].build) == std::vector<std::string>{"--hold=4", "--max-views=1", "--refine=none",
+                                                                  "--set=stream.order=shuffled",
+                                                                  "--set=stream.seed=1"});
+  CHECK(arguments_of(points[7].build) == std::vector<std::string>{"--set=coverage.metric=printed", "--hold=7",
+                                                                  "--max-views=1", "--set=stream.order=shuffled",
+                                                                  "--set=stream.seed=1"});
+}
+
+TEST_CASE("a name with a point is that of a setting, whose true and false are on and off") {
+  json description = valid_sweep();
+  description["build"] = {{"coverage.demand", false}, {"coverage.metric", "printed"}};
+  const SweepPoint off = points_of(read(description))[0];
+  CHECK(arguments_of(off.build) ==
+        std::vector<std::string>{"--set=coverage.demand=off", "--set=coverage.metric=printed", "--max-views=1"});
+  description["build"]["coverage.demand"] = true;
+  description["series"][0]["build"] = {{"coverage.metric", nullptr}};
+  const SweepPoint on = points_of(read(description))[0];
+  CHECK(arguments_of(on.build) == std::vector<std::string>{"--set=coverage.demand=on", "--max-views=1"});
 }
 
 TEST_CASE("a series that is told to be made once has one run, in the given order") {
@@ -287,7 +315,7 @@ TEST_CASE("a series that is told to be made once has one run, in the given order
   CHECK(points.size() == 18);
   CHECK(points[0].name == "large/printed/1");
   CHECK_FALSE(points[0].seed);
-  CHECK_FALSE(points[0].build.contains("order"));
+  CHECK_FALSE(points[0].build.contains("stream.order"));
 }
 
 TEST_CASE("keys depend on every option and on nothing else, and are the same everywhere") {

@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What somebody may have meant who mistyped a command or an option.
+// Which of several names a person may have meant who mistyped one.
 #pragma once
 
-#include <CLI/App.hpp>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -15,9 +14,5 @@ namespace lumatlas {
 // The one of `names` that is nearest to `typed`, the first of several; "" if all are further away than a third of its
 // characters, or than one of a short name.
 [[nodiscard]] std::string nearest_name(std::string_view typed, const std::vector<std::string>& names);
-
-// A sentence that names the command or option that is nearest to one which the program does not know, or "": after
-// program.parse(argc, argv) has thrown.
-[[nodiscard]] std::string suggestion(const CLI::App& program, int argc, const char* const* argv);
 
 }  // namespace lumatlas

@@ -1,0 +1,214 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// From the options and settings of `lumatlas build` to those of the library, with the rules between them.
+#include <chrono>
+#include <iostream>
+#include <optional>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "tools/cli/build_flags.h"
+#include "tools/cli/option_rules.h"
+#include "tools/pipeline/budget/model_budget.h"
+#include "tools/pipeline/build_settings.h"
+#include "tools/pipeline/surface/baked_texture.h"
+#include "tools/stereo/scene_stereo.h"
+
+namespace lumatlas {
+
+namespace {
+
+// The measure with its thresholds, and the masks, as printed; the surface as it is given; and views refined while they
+// come, as in section 3.3, their lenses as given, unless --refine says otherwise: poses that are exact need none.
+std::vector<Assignment> settings_of_paper(const BuildFlags& flags) {
+  std::vector<Assignment> settings{
+      {"coverage.metric", "printed"}, {"masks.edges", "both"}, {"surface.far-sphere", "off"}, {"surface.exact", "on"}};
+  if (flags.refine->count() == 0) settings.push_back({"refinement.lenses", "off"});
+  return settings;
+}
+
+void follow_paper(const BuildFlags& flags, BuildOptions& options) {
+  BuildOptions printed = flags.settings.defaults();
+  assign_all(build_settings(), printed, settings_of_paper(flags));
+  flags.settings.agree_with_paper(printed);
+  assign_all(build_settings(), options, settings_of_paper(flags));
+  if (flags.refine->count() == 0) options.refine = RefineMode::all;
+}
+
+void check_coverage(const GivenSettings& given, const CoverageOptions& coverage) {
+  if (coverage.metric != CoverageOptions::Metric::directions) return;
+  given.refuse_subject("departures.", "needs coverage.metric=departures or coverage.metric=printed");
+  if (!coverage.demand) return;
+  given.refuse("coverage.ideal-distance",
+               "needs coverage.demand=off, or coverage.metric=departures or coverage.metric=printed");
+}
+
+// Tiles, but not whole views, have the options that this refuses.
+void check_tiles_are_used(const BuildFlags& flags) {
+  const GivenSettings& given = flags.settings.given();
+  if (given.value("tiles.layout") != "layers") return;
+  for (const char* const setting : {"tiles.tile", "tiles.gutter", "tiles.texels"}) {
+    given.refuse(setting, "needs tiles.layout=tiles");
+  }
+  if (flags.photograph_bytes->count() > 0) {
+    throw CLI::ValidationError("--photograph-bytes", "needs tiles.layout=tiles");
+  }
+}
+
+// Tiles are compressed only where a budget asks for it, and their gutter allows it.
+void set_texels(const GivenSettings& given, BuildOptions& options) {
+  TileOptions& tiles = options.tiles;
+  const bool has_gutter = given.has("tiles.gutter");
+  if (tiles.texels != TexelFormat::rgb8) {
+    if (!has_gutter) tiles.gutter_px = kGutterOfBlocks;
+    if (tiles.gutter_px < 2) given.refuse("tiles.gutter", "must be 2, 4 or 8 with tiles.texels=bc7");
+    if (tiles.gutter_px == 8 && tiles.tile_px % 16 != 0) {
+      given.refuse("tiles.tile", "must be a multiple of 16 with tiles.texels=bc7 and tiles.gutter=8");
+    }
+  }
+  if (!options.tight_tiles) return;
+  const bool is_fit_for_blocks = !has_gutter || tiles.gutter_px == 2 || tiles.gutter_px == 4;
+  options.tight_tiles.reset();
+  if (is_fit_for_blocks && !tiles.whole_views()) options.tight_tiles = compressed_tiles(tiles);
+}
+
+ModelBudget budget_of(const BuildFlags& flags) {
+  ModelBudget budget;
+  budget.loss_db = flags.loss_db;
+  if (flags.budget->count() == 0) return budget;
+  budget.automatic = flags.budget_size == kAuto;
+  if (budget.automatic) return budget;
+  const SizeBound bound = size_bound(flags.budget_size);
+  budget.gpu_bytes = bound.bytes;
+  budget.texels = bound.texels;
+  return budget;
+}
+
+// A model that is bounded by a loss is chosen by a measure of its own, from which settings that were given depart.
+void choose_by_given(const BuildFlags& flags, BuildOptions& options) {
+  if (options.planner.coverage.metric != CoverageOptions::Metric::directions) {
+    throw CLI::ValidationError("--budget auto", "needs coverage.metric=directions");
+  }
+  flags.settings.apply_only(
+      {"coverage.direction-weight", "coverage.direction-width", "coverage.references", "planner.min-gain"}, options);
+  if (options.choice != ViewChoice::online) {
+    throw CLI::ValidationError("--budget auto", "needs stream.choice=online");
+  }
+}
+
+// With tiles, a budget in bytes bounds all that the model takes on the GPU, one in texels the texture array; the
+// photographs that they are cut from are bounded by their number, or by bytes of their own.
+void set_budget(const BuildFlags& flags, BuildOptions& options) {
+  const ModelBudget budget = budget_of(flags);
+  if (options.tiles.whole_views() || (budget.gpu_bytes == 0 && !budget.automatic)) {
+    flags.settings.given().refuse("budget.least-scale", "needs tiles.layout=tiles and a --budget of auto or in bytes");
+  }
+  if (flags.loss->count() > 0 && !budget.automatic) throw CLI::ValidationError("--loss", "needs --budget auto");
+  try {
+    apply_budget(budget, flags.max_views->count() > 0, options);
+  } catch (const std::invalid_argument& error) {
+    throw CLI::ValidationError(error.what());
+  }
+  if (budget.automatic) choose_by_given(flags, options);
+}
+
+// A model whose mesh counts is to have few faces, unless the user wants all of them. With --watch the mesh is there
+// before most cameras are known, by which pictures are judged.
+FaceOptions faces_of(const BuildFlags& flags, const TileOptions& tiles) {
+  const bool few = !flags.watch && wants_few_faces(budget_of(flags), tiles);
+  FaceOptions faces;
+  if (flags.faces == kAuto || (flags.faces.empty() && few)) {
+    faces.pixels = kFacesPixels;
+  } else if (!flags.faces.empty() && flags.faces != kKeep) {
+    faces.faces = std::stoull(flags.faces);
+  }
+  return faces;
+}
+
+std::optional<std::uint32_t> texture_of(const std::string& text) {
+  if (text == kNoTexture) return std::nullopt;
+  const std::uint64_t side_px = std::stoull(text);
+  if (side_px < kLeastTexturePx || side_px > kMostTexturePx) {
+    throw CLI::ValidationError("--texture", "must be " + std::to_string(kLeastTexturePx) + " to " +
+                                                std::to_string(kMostTexturePx) + ", or " + kNoTexture);
+  }
+  return static_cast<std::uint32_t>(side_px);
+}
+
+void check_stream(const GivenSettings& given, const BuildOptions& options) {
+  if (options.order == StreamOrder::shuffled || options.choice == ViewChoice::random) return;
+  given.refuse("stream.seed", "needs stream.order=shuffled or stream.choice=random");
+}
+
+// Refuses what --refine leaves out.
+void check_refinement_is_used(const GivenSettings& given, RefineMode refine) {
+  if (refine == RefineMode::none)
+    given.refuse("alignment.white-balance", "needs --refine exposure, pose, all or joint");
+  if (refine != RefineMode::all && refine != RefineMode::joint) {
+    given.refuse("refinement.lenses", "needs --refine all or joint");
+  }
+  if (refine != RefineMode::none && refine != RefineMode::exposure) return;
+  for (const char* const setting : {"alignment.prior", "alignment.max-move"}) {
+    given.refuse(setting, "needs --refine pose, all or joint");
+  }
+}
+
+void watch_scene(const BuildFlags& flags, BuildOptions& options) {
+  const auto refuse = [](const char* option, const char* why) { throw CLI::ValidationError(option, why); };
+  if (options.hold_out) refuse("--hold", "goes by the names of all photographs, which --watch does not know yet");
+  if (options.choice != ViewChoice::online) {
+    refuse("--set stream.choice", "must be online with --watch, which cannot look ahead");
+  }
+  if (options.order != StreamOrder::given) {
+    refuse("--set stream.order", "must be given with --watch: they come as they come");
+  }
+  if (!options.max_views && options.planner.max_bytes + options.gpu_bytes == 0) {
+    refuse("--budget auto",
+           "needs --max-views or --photograph-bytes with --watch, for nobody knows how many will come");
+  }
+  options.pictures.skip_bad = true;  // for validate, which reads this scene again
+  WatchOptions& watch = options.watch.emplace();
+  watch.end = [] { return false; };
+  if (flags.idle_s > 0) watch.idle = std::chrono::seconds(flags.idle_s);
+  watch.warn = [](const std::string& sentence) { std::cerr << "warning: " << sentence << '\n'; };
+}
+
+// With --quiet the address is a result: see ShownBuild.
+void require_address_known(const BuildFlags& flags) {
+  if (!flags.view || !flags.quiet || !flags.json_output || flags.server.port != 0) return;
+  throw CLI::ValidationError("--view", "needs --port with --quiet and --json, for nothing else would say its address");
+}
+
+void set_inputs(const BuildFlags& flags, BuildOptions& options) {
+  if (!flags.mesh.empty()) options.mesh = flags.mesh;
+  options.mesh_frame = flags.mesh_frame.frame();
+  options.pictures = flags.pictures.folders();
+  options.pictures.skip_bad = flags.skip_bad;
+  options.hold_out = flags.hold.protocol();
+  options.completion.surface = !flags.mesh_as_given && !flags.paper;
+  options.completion.stereo_folder = stereo_folder_of(flags.output);
+}
+
+}  // namespace
+
+BuildOptions build_options_of(const BuildFlags& flags) {
+  const GivenSettings& given = flags.settings.given();
+  BuildOptions options = flags.options;
+  if (flags.paper) follow_paper(flags, options);
+  flags.settings.apply(options);
+  set_inputs(flags, options);
+  check_coverage(given, options.planner.coverage);
+  check_tiles_are_used(flags);
+  set_texels(given, options);
+  options.faces = faces_of(flags, options.tiles);
+  options.texture_px = texture_of(flags.texture);
+  set_budget(flags, options);
+  check_stream(given, options);
+  check_refinement_is_used(given, options.refine);
+  if (flags.watch) watch_scene(flags, options);
+  require_address_known(flags);
+  check_usage(options);
+  return options;
+}
+
+}  // namespace lumatlas

@@ -1,0 +1,20 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// What `lumatlas build --watch` says and how it ends.
+#pragma once
+
+#include <optional>
+
+#include "tools/base/interrupt.h"
+#include "tools/cli/build_flags.h"
+#include "tools/pipeline/build_progress.h"
+
+namespace lumatlas {
+
+// Of --watch: from the time that photographs are waited for, the first Ctrl-C ends the stream, and the model is saved.
+// `request` must outlive the build.
+void take_end_requests(const BuildFlags& flags, BuildOptions& options, std::optional<EndRequest>& request);
+
+// Progress on stderr, which with --watch says once that Ctrl-C saves the model.
+[[nodiscard]] BuildCallback build_progress_of(const BuildFlags& flags);
+
+}  // namespace lumatlas

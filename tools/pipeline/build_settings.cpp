@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "tools/pipeline/build_settings.h"
+
+#include "tools/pipeline/budget/model_budget.h"
+#include "tools/settings/option_tables.h"
+
+namespace lumatlas {
+
+namespace {
+
+// How texels are held: in one format, or compressed where `tight_tiles` say so.
+enum class HeldTexels { automatic, rgb8, bc7 };
+
+HeldTexels held_texels(const BuildOptions& options) {
+  if (options.tight_tiles) return HeldTexels::automatic;
+  return options.tiles.texels == TexelFormat::bc7 ? HeldTexels::bc7 : HeldTexels::rgb8;
+}
+
+void hold_texels(BuildOptions& options, HeldTexels held) {
+  options.tiles.texels = held == HeldTexels::bc7 ? TexelFormat::bc7 : TexelFormat::rgb8;
+  options.tight_tiles.reset();
+  if (held == HeldTexels::automatic) options.tight_tiles = compressed_tiles(options.tiles);
+}
+
+Settings<BuildOptions> stream_settings() {
+  using Options = BuildOptions;
+  return {
+      choice_setting(
+          "stream.order", &Options::order,
+          {{"given", StreamOrder::given}, {"reversed", StreamOrder::reversed}, {"shuffled", StreamOrder::shuffled}},
+          "In which photographs are offered; given: by name"),
+      choice_setting("stream.choice", &Options::choice,
+                     {{"online", ViewChoice::online},
+                      {"offline", ViewChoice::offline},
+                      {"uniform", ViewChoice::uniform},
+                      {"random", ViewChoice::random}},
+                     "The planner, photograph by photograph, or, to compare with, one that sees all cameras first, "
+                     "even spacing, chance"),
+      whole_setting("stream.seed", &Options::seed, "N", whole_number_rule(0),
+                    "With stream.order shuffled or stream.choice random"),
+  };
+}
+
+Settings<BuildOptions> surface_settings() {
+  const auto far_sphere = [](auto& options) -> auto& {
+    return options.completion;
+  };
+  return joined<BuildOptions>(
+      {within<BuildOptions>("surface.",
+                            Settings<CompletionOptions>{switch_setting(
+                                "far-sphere", &CompletionOptions::far_sphere,
+                                "Show sky and distant surroundings; off: fill them like holes, from what is beside "
+                                "them")},
+                            far_sphere),
+       {switch_setting("surface.exact", &BuildOptions::measure_deviation,
+                       "Take the surface as exact: pictures are sharp also where photographs disagree on it", false)}});
+}
+
+Settings<BuildOptions> tight_settings() {
+  return {named_setting<BuildOptions, HeldTexels>(
+              "tiles.texels", {{"auto", HeldTexels::automatic}, {"rgb8", HeldTexels::rgb8}, {"bc7", HeldTexels::bc7}},
+              held_texels, hold_texels,
+              "How photographs are held on the GPU: rgb8, as they are, bc7, compressed to a third of the bytes; auto: "
+              "bc7 where a budget in bytes has no room for them whole, or where --budget auto measures that at most "
+              "half of --loss is lost"),
+          number_setting("budget.least-scale", &BuildOptions::least_scale, "SHARE", number_rule(0.1, 1),
+                         "With --budget auto or in bytes, share of a photograph's width and height that all may be "
+                         "downscaled to")};
+}
+
+Settings<BuildOptions> further_refinement_settings() {
+  return {switch_setting("refinement.lenses", &BuildOptions::refine_lenses,
+                         "With --refine all or joint, correct lenses that the photographs contradict"),
+          whole_setting("refinement.polish-steps", &BuildOptions::max_polish_steps, "N", whole_number_rule(1, 10000),
+                        "With --refine joint, steps of polishing all stored views together")};
+}
+
+}  // namespace
+
+Settings<BuildOptions> build_settings() {
+  using Options = BuildOptions;
+  return joined<Options>({within<Options>("", planner_settings(), &Options::planner), further_refinement_settings(),
+                          stream_settings(), surface_settings(),
+                          within<Options>("cells.", cell_settings(), &Options::cells),
+                          within<Options>("tiles.", tile_settings(), &Options::tiles), tight_settings()});
+}
+
+}  // namespace lumatlas
