@@ -5,6 +5,7 @@
 #include <glm/glm.hpp>
 #include <iterator>
 #include <stdexcept>
+#include <utility>
 
 #include "planner/planner.h"
 
@@ -130,15 +131,16 @@ SurfaceUpdate Planner::update_surface(std::shared_ptr<const Surface> surface, co
     unchanged[cell] = previous_cell[cell];
   }
   const std::vector<std::uint32_t> again = views_of_change(previous_cell, changed, *surface);
-  atlas_.replace_surface(surface, previous_cell);
-  store_.follow(*surface, again, unchanged);
+  atlas_.replace_surface(std::move(surface), previous_cell);
+  const std::shared_ptr<const Surface> now = atlas_.surface();
+  store_.follow(*now, again, unchanged);
   visibility_ = &visibility;
   refiner_.see_with(visibility);
   SurfaceUpdate update;
   update.views_seen_again = static_cast<std::uint32_t>(again.size());
   for (const std::uint32_t slot : again) {
     const Camera small = planning_camera(atlas_.view(slot)->camera);
-    const std::vector<CellPixels> seen = count_cell_pixels(visibility.trace(small), surface->cells);
+    const std::vector<CellPixels> seen = count_cell_pixels(visibility.trace(small), now->cells);
     atlas_.mark_seen(seen);
     store_.count_again(slot, parts(small, seen));
     update.depths_made_again += make_depth_again(slot);
