@@ -52,7 +52,7 @@ class Module(unittest.TestCase):
         with contextlib.redirect_stdout(said), contextlib.chdir(work):
             exec(compile(blocks[0], "README.md", "exec"), names)
         self.assertIn("planning views 9 of 9", said.getvalue())
-        self.assertRegex(said.getvalue(), r"\d\d\.\d\d dB on 3 photographs left out")
+        self.assertRegex(said.getvalue(), r"\d\d\.\d\d dB on 3 held-out photographs")
         self.assertEqual(names["picture"].shape, (480, 640, 3))
         self.assertEqual(names["state"].shape, (480, 640))
         self.assertEqual(names["depth"].shape, (72, 96))
