@@ -16,8 +16,8 @@ struct Exchange {
   double gain = 0;                     // by how much scov rises
 };
 
-// Returns the exchange that raises scov most, for a view that sees `parts` and takes so many bytes. At least one view,
-// or room, is there for every view that is no larger than PlannerOptions::max_bytes.
+// Returns the exchange that raises scov most, for a view that sees `parts` and takes `bytes`. The view must not be
+// larger than PlannerOptions::max_bytes, so that it has room once all others have left.
 [[nodiscard]] Exchange best_exchange(const PlannedStore& store, std::span<const CellPart> parts, std::uint64_t bytes);
 
 }  // namespace lumatlas

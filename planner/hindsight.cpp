@@ -40,7 +40,7 @@ std::vector<ThinningStep> Hindsight::thinning_order(std::span<const std::uint32_
     const std::uint32_t least = missed_least(ledger, slots, 1).front();
     ledger.erase(least);
     const double gap = whole > 0 ? std::clamp(1 - ledger.summed_coverage() / whole, 0.0, 1.0) : 0;
-    order.push_back({least, order.empty() ? gap : std::max(gap, order.back().gap)});  // but for rounding it rises
+    order.push_back({least, order.empty() ? gap : std::max(gap, order.back().gap)});  // rounding may lower it
     std::erase(slots, least);
   }
   return order;

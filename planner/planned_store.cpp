@@ -147,7 +147,7 @@ void PlannedStore::count_again(std::uint32_t slot, std::vector<CellPart> seen) {
   ledger_.insert(slot, std::move(seen));
 }
 
-// Of what was offered, the coverage of the changed cells is forgotten but for what is still stored.
+// Views that were offered and are not stored are unknown here, so only the stored ones count for the changed cells.
 void PlannedStore::offer_again(std::span<const std::uint32_t> slots, std::span<const std::uint8_t> changed) {
   if (offered_) {
     std::vector<std::vector<CellPart>> views;

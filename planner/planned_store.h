@@ -52,14 +52,14 @@ class PlannedStore {
   // Returns each cell's part in scov as a share of the most that the cell can count; by Metric::directions in [0, 1].
   [[nodiscard]] std::vector<float> cell_coverage() const;
   [[nodiscard]] const CoverageLedger& ledger() const { return ledger_; }
-  // What all offered views would be worth; with PlannerOptions::max_loss_db alone.
+  // Returns what all offered views would be worth; none without PlannerOptions::max_loss_db.
   [[nodiscard]] const std::optional<OfferedCoverage>& offered() const { return offered_; }
-  // Whether a view was needed for max_loss_db while there was no room for it.
+  // Returns whether a view was needed for max_loss_db while there was no room for it.
   [[nodiscard]] bool short_of_room() const { return short_of_room_; }
   [[nodiscard]] const PlannerOptions& options() const { return options_; }
   [[nodiscard]] Atlas& atlas() const { return atlas_; }
 
-  // Returns whether a view of so many bytes has room once `freed_slots` views of `freed_bytes` together have left.
+  // Returns whether a view of `bytes` has room once `freed_slots` views have left, which take `freed_bytes` together.
   [[nodiscard]] bool fits(std::uint64_t bytes, std::uint64_t freed_bytes = 0, std::uint32_t freed_slots = 0) const;
 
   // Counts the cells that a view sees as asked for (CellDemand), or takes that back.

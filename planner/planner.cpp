@@ -124,7 +124,7 @@ bool Planner::is_worth_it(const Exchange& exchange, std::span<const CellPart> se
   return exchange.gain > least;
 }
 
-// Whether the store may not do without the view: see PlannerOptions::max_loss_db.
+// Returns whether the store needs the view: see PlannerOptions::max_loss_db.
 bool Planner::is_needed(std::span<const CellPart> seen) const {
   if (!store_.offered()) return true;
   return predicted_loss_db(store_.offered()->gap(store_.ledger(), seen)) > kShareWhileGrowing * *options_.max_loss_db;

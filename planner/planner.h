@@ -40,7 +40,7 @@ enum class Decision {
   outlier,   // would have been kept, but its photograph does not agree with the others, whatever its pose
 };
 
-// What became of an offered view.
+// The decision about an offered view, and what it cost.
 struct Verdict {
   Decision decision = Decision::rejected;
   std::optional<std::uint32_t> slot;  // where it was stored
@@ -54,7 +54,7 @@ struct Verdict {
   std::optional<Refinement> refinement;  // of a view that was to be stored
 };
 
-// What a change of the geometry made necessary.
+// The work that a change of the geometry made necessary.
 struct SurfaceUpdate {
   std::uint32_t views_seen_again = 0;   // whose cells were counted anew
   std::uint32_t depths_made_again = 0;  // of those, how many show something else than before
@@ -89,7 +89,7 @@ class Planner {
   // told; throws what offer() throws. An outlier gives its slot back, what it asked for does not count, and those whose
   // place it took stay away. Throws std::logic_error unless the verdict's slot is promised to that name.
   void fill(const std::string& name, const PhotographSource& photograph, Verdict& verdict);
-  // As offer(), for a view that was rejected or replaced before, where there is room again: what it asks for counts
+  // Does what offer() does for a view that was rejected or replaced before and has room again: its demand counts
   // already. Not with max_loss_db (std::logic_error).
   Verdict offer_again(const std::string& name, const Camera& camera, const PhotographSource& photograph);
 
@@ -119,7 +119,7 @@ class Planner {
 
  private:
   friend class Pruning;
-  // What the atlas is about to hold, and which face each pixel shows.
+  // A view that the atlas is about to hold, and the face that each pixel shows.
   struct ReadyView {
     TiledView tiled;
     std::vector<std::uint32_t> face;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// By what the planner chooses views, and within which bounds.
+// Options of the planner: the measure and thresholds of its choice, and the bounds of the store.
 #pragma once
 
 #include <cstdint>
@@ -28,8 +28,7 @@ struct PlannerOptions {
   double min_reference_gain = 0.001;
   // How many of the lowest-ranked views are considered for replacement; 0: all of them.
   std::uint32_t victims = 0;
-  // What the stored views may take together, bytes as stored_bytes() counts them; 0: as many as the atlas has slots
-  // for.
+  // Bound of the bytes that the stored views take together, see stored_bytes(); 0: the atlas's slots alone bound them.
   std::uint64_t max_bytes = 0;
   // The store grows only while it is predicted to look worse by more than half of this than one of all offered views,
   // and thin() takes views and references away again until it would be more than this: see predicted_loss.h. dB,

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Takes views and references away from a planner's store that are missed least: when the stream has ended, or rests.
-// What is taken away does not come back.
+// Takes those views and references away from a planner's store that are missed least, when the stream has ended or
+// rests. They do not come back.
 #pragma once
 
 #include <cstddef>
@@ -13,7 +13,7 @@
 
 namespace lumatlas {
 
-// By how much a store is expected to look worse than one of all offered views: see predicted_loss.h.
+// The expected loss of a store against one of all offered views: see predicted_loss.h.
 struct PredictedLoss {
   double gap = 0;            // of coverage, a share
   double reference_gap = 0;  // of the service of cells' references, a share

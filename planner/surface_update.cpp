@@ -22,8 +22,8 @@ Sphere sphere_of(const Cell& cell) {
   return {cell.centroid, cell.radius};
 }
 
-// Where the geometry is not as it was: around cells that are new or changed, as they are now and as they were, and
-// around those that are gone.
+// Returns spheres around the places where the geometry has changed: around new and changed cells, as they are now and
+// as they were, and around those that are gone.
 std::vector<Sphere> spheres_of_change(const Cells& before, const Cells& now,
                                       std::span<const std::uint32_t> previous_cell,
                                       std::span<const std::uint8_t> changed) {

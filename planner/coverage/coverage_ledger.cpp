@@ -117,7 +117,7 @@ double CoverageLedger::joint_exchange_gain(std::span<const CellPart> parts, std:
   return gain;
 }
 
-// By how much scov and each slot's loss change, one sum for each part of the cells.
+// Sums by how much scov and each slot's loss change, for each part of the cells.
 struct CoverageLedger::Changes {
   explicit Changes(std::size_t slots) {
     for (std::vector<double>& part : losses) part.resize(slots);

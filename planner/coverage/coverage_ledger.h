@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What each stored view is worth: scov (Erat et al. 2019, section 3.2), every view's share in it, and what it would be
-// with another view, kept up incrementally. It knows nothing of photographs, so the offline planner and the
-// tests use it as the online planner does.
+// Keeps account of what each stored view is worth: scov (Erat et al. 2019, section 3.2), every view's share in it, and
+// what it would be with another view. It is updated view by view and knows nothing of photographs, so the offline
+// planner and the tests use it as the online planner does.
 //
 // A decision costs what the cells cost that the view sees; storing or dropping a view, what the members of these cells
 // cost. Nothing depends on the length of the stream.
@@ -32,15 +32,15 @@ class CoverageLedger {
   [[nodiscard]] std::size_t slots() const { return stored_.size(); }  // how many views it can hold
 
   // An offered view, whatever becomes of it, asks for the cells that it sees: see CellDemand. unask() takes that back,
-  // with the same parts. Without CoverageOptions::demand, nothing changes; with it, cells that nobody asked for are
+  // with the same parts. Without CoverageOptions::demand, nothing changes; with it, cells that no view asked for are
   // worth nothing.
   void ask(std::span<const CellPart> parts);
   void unask(std::span<const CellPart> parts);
-  // What scov would be if the view's cells, and no others, were served as well as one can be.
+  // Returns what scov would be if the view's cells, and no others, were served as well as one can be.
   [[nodiscard]] double weight(std::span<const CellPart> parts) const;
   [[nodiscard]] double weight(std::uint32_t cell) const { return coverage_->weight(cell); }  // the same of one cell
 
-  // By how much scov would rise with the view.
+  // Returns by how much scov would rise with the view.
   [[nodiscard]] double gain(std::span<const CellPart> parts) const;
   // The same for each slot in `victims`, if its view left first: less what is lost with it.
   [[nodiscard]] std::vector<double> exchange_gains(std::span<const CellPart> parts,
@@ -57,7 +57,7 @@ class CoverageLedger {
   [[nodiscard]] double loss(std::uint32_t slot) const { return loss_[slot]; }  // what scov would lose without its view
   [[nodiscard]] double coverage(std::uint32_t cell) const { return coverage_->value(cell); }  // its part in scov
   [[nodiscard]] std::vector<std::uint32_t> references(std::uint32_t cell) const { return coverage_->references(cell); }
-  // As CellCoverage says; different cells by different threads.
+  // See CellCoverage. Different threads may ask about different cells.
   [[nodiscard]] std::vector<ReferenceLoss> reference_losses(std::uint32_t cell) const {
     return coverage_->reference_losses(cell);
   }

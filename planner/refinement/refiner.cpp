@@ -66,7 +66,7 @@ Camera without(const RigidMotion& motion, const Camera& camera) {
   return still;
 }
 
-// By how many pixels points before the camera at `depth` move in the image, at most, when the one camera takes the
+// Returns by how many pixels, at most, points at `depth` before the camera move in the image when one camera takes the
 // other's place. The image's corners and its middle stand for all.
 double shift_px(const Camera& from, const Camera& to, double depth) {
   const double width = from.width, height = from.height;
@@ -151,8 +151,8 @@ Refinement Refiner::refine(const Camera& camera, const Photograph& photograph) c
   return result;
 }
 
-// What is found at few points is noisier, and seems to be more: a fit to few is closer. So what a full comparison would
-// accept does not stay below half of that here.
+// An improvement at few points is noisier and seems larger, because a fit to few points is closer. So a move that a
+// full comparison would accept shows at least half of its improvement here.
 bool Refiner::says_enough(const Refinement& brief) const {
   constexpr std::size_t kFewestPoints = 2 * kFewestAlignmentPoints;
   constexpr double kCorrelationMargin = 0.2;
@@ -184,8 +184,8 @@ std::vector<SurfaceSample> Refiner::samples_of(std::uint32_t slot) const {
                                 options_.samples);
 }
 
-// What the stored view's camera, in another size, sees: from the view's depth if it is known which faces that shows,
-// else by rays.
+// Returns what the stored view's camera sees at another size: from the view's depth if the faces that it shows are
+// known, else by rays.
 VisibilityBuffer Refiner::sight_of(std::uint32_t slot, const Camera& camera) const {
   const StoredView& view = *views_[slot]->view;
   if (seen_[slot].empty()) return near_sight(camera);
@@ -301,7 +301,7 @@ void Refiner::replace(std::uint32_t slot, const Camera& camera, Photograph photo
   seen_[slot] = std::move(seen);
 }
 
-// As it is believed to be now.
+// Keeps the camera as it is believed to be now.
 void Refiner::replace(std::uint32_t slot, std::vector<std::uint8_t> trust) {
   replace(slot, views_[slot]->camera, views_[slot]->view->photograph, std::move(trust));
 }
@@ -408,7 +408,7 @@ bool Refiner::revisit(std::uint32_t newest) {
   return compared;
 }
 
-// By slot, of every stored view.
+// Returns the samples of every stored view, by slot.
 std::vector<std::vector<SurfaceSample>> Refiner::all_samples() const {
   std::vector<std::vector<SurfaceSample>> samples(views_.size());
   tbb::parallel_for(std::size_t{0}, views_.size(), [&](std::size_t slot) {
@@ -488,7 +488,7 @@ bool Refiner::all_as_given() const {
   return true;
 }
 
-// Of all stored views with the others, at all of their points, and balances them.
+// Compares the exposures of all stored views with the others at all of their points, and balances them.
 void Refiner::compare_exposures() {
   AlignmentOptions ratios_alone = options_.alignment;
   ratios_alone.levels = 1;

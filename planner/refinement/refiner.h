@@ -24,15 +24,15 @@
 
 namespace lumatlas {
 
-// Where so many comparisons in a row have moved no view, views rest until one moves: stored ones are not refined again,
-// and what is compared is looked at in brief first, at a share of the points. Only where that finds half of the
-// improvement for which a pose is accepted, or something near an outlier, is it compared in full.
+// After this many comparisons in a row that moved no view, views rest until one moves. While they rest, stored views
+// are not refined again, and a view is compared in brief first, at a share of its points. It is compared in full only
+// if the brief look finds half of the improvement for which a pose is accepted, or something near an outlier.
 inline constexpr std::uint32_t kComparisonsToRest = 16;
-inline constexpr std::size_t kBriefShare = 4;  // one of so many points
+inline constexpr std::size_t kBriefShare = 4;  // a brief look takes every fourth point
 
-// A stored view that is found elsewhere is compared there from then on; but its depth is made again, and the atlas
-// told, only where that moves its picture by so many pixels, or by settle(), for making depth is most of what moving a
-// view costs. Until then what hides a point is looked up by the pose that depth was made with.
+// A stored view whose pose has moved is compared at its new pose from then on. Its depth is made again, and the atlas
+// told, only if its picture has moved by this many pixels, or by settle(), because making depth is most of the cost of
+// moving a view. Until then visibility is looked up with the pose that the depth was made with.
 inline constexpr double kDepthStandsPx = 2;
 
 struct RefinementOptions {
@@ -47,8 +47,8 @@ struct RefinementOptions {
   // A view whose correlation with the others' medians stays below this is an outlier, [-1, 1].
   double least_correlation = 0.5;
   double least_views = 1;  // but only where that many other views, in the mean, show each of its points
-  // Of polish(), solve_poses(), settle(), estimate_lenses(), correct_lenses() and thinning, between one view and the
-  // next. Interrupted, some views may have been changed and others not; each is as consistent as before.
+  // Called by polish(), solve_poses(), settle(), estimate_lenses(), correct_lenses() and Pruning between one view and
+  // the next. Interrupted, some views may have been changed and others not; each is as consistent as before.
   InterruptionPoint interruption_point = {};
 
   [[nodiscard]] bool any() const { return alignment.pose || alignment.exposure; }
@@ -57,7 +57,7 @@ struct RefinementOptions {
 // Throws std::invalid_argument naming the field, its value and the rule that it breaks.
 void check(const RefinementOptions& options);
 
-// What comparing a photograph needs, and what stored() need not make again.
+// Data that comparing a photograph needs, and that stored() need not make again.
 struct PreparedView {
   Pyramid pyramid;  // whose level 0 may be gone
   Camera camera;    // that the samples were chosen with
@@ -119,7 +119,7 @@ class Refiner {
 
   // How many times a stored view was refined again because others had come.
   [[nodiscard]] std::uint64_t revisited() const { return revisited_; }
-  // Whether views rest: see kComparisonsToRest.
+  // Returns whether views rest: see kComparisonsToRest.
   [[nodiscard]] bool at_rest() const { return still_ >= kComparisonsToRest; }
   // How many comparisons were made in full, by stored views, refined ones that were stored and polish().
   [[nodiscard]] std::uint64_t compared_in_full() const { return compared_in_full_; }
@@ -131,12 +131,13 @@ class Refiner {
   // To be called when all is stored and polished, or rests: makes the masks of all stored views again, now that each
   // has all the others to be judged by, and the depth of those that were found elsewhere since it was made.
   void settle();
-  // Gives all stored views the poses that estimate_poses() finds, from at most so many points of each, if they improve;
-  // but for a view that would move by less than AlignmentOptions::least_move_px, or be further from its given pose than
-  // max_move allows, at the scene's median depth. What the set has moved as a whole is taken back. Exposures are
-  // balanced by what is compared next. Without AlignmentOptions::pose it does nothing, and says that no view took part.
+  // Gives all stored views the poses that estimate_poses() finds, from `most_points` points of each at most, if they
+  // improve. A view keeps its pose if it would move by less than AlignmentOptions::least_move_px, or be further from
+  // its given pose than max_move allows, at the scene's median depth. What the set has moved as a whole is taken back.
+  // Exposures are balanced by what is compared next. Without AlignmentOptions::pose it does nothing, and says that no
+  // view took part.
   PoseEstimate solve_poses(std::size_t most_points);
-  // What the stored views say about their lenses. Changes nothing.
+  // Estimates the lenses of the stored views. Changes nothing.
   [[nodiscard]] LensEstimates estimate_lenses(const LensOptions& options = {}) const;
   // Gives the stored views of the lenses that are significant the poses of an estimate made since the last change, and
   // photographs without what is wrong with their lens, which `corrected` makes from the originals; depth and masks
@@ -149,7 +150,7 @@ class Refiner {
  private:
   [[nodiscard]] Refinement compare(const Camera& given, const Camera& start, const Pyramid& photograph,
                                    std::span<const SurfaceSample> samples, std::optional<std::uint32_t> slot) const;
-  // As compare(), but in brief where that is enough.
+  // Compares in brief where that is enough, else in full as compare() does.
   [[nodiscard]] Refinement look_at(const Camera& camera, const Pyramid& photograph,
                                    std::span<const SurfaceSample> samples, std::optional<std::uint32_t> slot) const;
   // Exposures alone are cheap, and never rest.
@@ -187,7 +188,7 @@ class Refiner {
     std::vector<SurfaceSample> samples;
   };
   std::vector<std::optional<ChosenSamples>> samples_;  // by slot, once it was compared again
-  // By slot, what the stored view sees, so that nobody need ask again; empty: not known.
+  // The faces that the stored view sees, by slot, so that they need not be traced again; empty: not known.
   std::vector<std::vector<SeenFaces>> seen_;
   std::vector<Camera> given_;               // by slot
   std::vector<std::uint32_t> neighbours_;   // by slot: how many views it was compared with

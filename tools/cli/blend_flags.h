@@ -17,7 +17,7 @@ class BlendFlags {
   void add_to(CLI::App& command);
 
   [[nodiscard]] bool paper() const { return paper_; }
-  // What settings start from.
+  // Returns the options that settings start from.
   [[nodiscard]] BlendOptions start() const;
   // Adds what these options say to what settings have made of start(). Throws CLI::ValidationError for an option that
   // says otherwise than --paper, std::invalid_argument as check() does.

@@ -72,7 +72,7 @@ void BuildFlags::add_model_to(CLI::App& command) {
              ->type_name("DB")
              ->check(finite_not_negative());
   add_cell_size(command, options.cells);
-  command.add_option("--faces", faces, "Of the mesh: keep (all), auto (as many as pictures show) or so many")
+  command.add_option("--faces", faces, "Faces of the mesh: keep (all), auto (as many as pictures show) or a number")
       ->type_name("N")
       ->transform(count_or({kAuto, kKeep}))
       ->default_str("keep; auto with --budget but in texels");

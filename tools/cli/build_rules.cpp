@@ -164,7 +164,8 @@ void watch_scene(const BuildFlags& flags, BuildOptions& options) {
   }
   if (!options.max_views && options.planner.max_bytes + options.gpu_bytes == 0) {
     refuse("--budget auto",
-           "needs --max-views or --photograph-bytes with --watch, for nobody knows how many will come");
+           "needs --max-views or --photograph-bytes with --watch, because the number of photographs is not known "
+           "beforehand");
   }
   options.pictures.skip_bad = true;  // for validate, which reads this scene again
   WatchOptions& watch = options.watch.emplace();

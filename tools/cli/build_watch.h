@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What `lumatlas build --watch` says and how it ends.
+// Messages and the end of `lumatlas build --watch`.
 #pragma once
 
 #include <optional>
@@ -10,7 +10,7 @@
 
 namespace lumatlas {
 
-// Of --watch: from the time that photographs are waited for, the first Ctrl-C ends the stream, and the model is saved.
+// With --watch, the first Ctrl-C while the program waits for photographs ends the stream, and the model is saved.
 // `request` must outlive the build.
 void take_end_requests(const BuildFlags& flags, BuildOptions& options, std::optional<EndRequest>& request);
 

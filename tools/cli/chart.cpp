@@ -278,8 +278,8 @@ ChartPage made_page(const ChartFlags& flags, const std::vector<Sweep>& sweeps, C
   return page;
 }
 
-// A folder that `lumatlas chart` has worked in has points/. In any other, what has the name of a figure is somebody
-// else's.
+// A folder that `lumatlas chart` has worked in has points/. In any other folder, files with the names of figures belong
+// to other work.
 void check_replaceable_figures(const fs::path& folder, const std::vector<Sweep>& sweeps) {
   std::error_code ignored;
   if (fs::exists(folder / "points", ignored)) return;

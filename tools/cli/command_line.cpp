@@ -59,7 +59,7 @@ int run_command_line(int argc, const char* const* argv) {
   try {
     program.parse(argc, argv);
     if (!std::cout.flush()) {
-      throw_if_interrupted();  // by SIGPIPE: nobody listens any more
+      throw_if_interrupted();  // by SIGPIPE: the reader of stdout has gone
       return fail("the result cannot be written to standard output, " + why_not_written());
     }
     return 0;

@@ -40,8 +40,8 @@ void check_usage(const Options& options) {
 
 // An option that names a file or folder.
 inline CLI::Option* add_file(CLI::App& command, const std::string& option, std::filesystem::path& path,
-                             const std::string& placeholder, const std::string& description) {
-  return command.add_option(option, path, description)->type_name(placeholder)->check(file_name())->default_str("");
+                             const std::string& value_name, const std::string& description) {
+  return command.add_option(option, path, description)->type_name(value_name)->check(file_name())->default_str("");
 }
 
 // -o of the commands that make a model.

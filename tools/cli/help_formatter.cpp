@@ -45,7 +45,7 @@ std::string entry(const std::string& head, const std::string& text) {
 }
 
 // CLI11 joins what stands for the value and the words of each rule by colons: "N:1 to 8".
-std::vector<std::string> placeholder_and_rules(const CLI::Option& option) {
+std::vector<std::string> value_name_and_rules(const CLI::Option& option) {
   std::vector<std::string> parts;
   std::istringstream text(option.get_type_name());
   for (std::string part; std::getline(text, part, ':');) parts.push_back(part);
@@ -55,7 +55,7 @@ std::vector<std::string> placeholder_and_rules(const CLI::Option& option) {
 
 std::string entry_of(const CLI::Option& option) {
   const bool takes_value = option.get_type_size() != 0;
-  const std::vector<std::string> parts = takes_value ? placeholder_and_rules(option) : std::vector<std::string>{""};
+  const std::vector<std::string> parts = takes_value ? value_name_and_rules(option) : std::vector<std::string>{""};
   std::string head = option.get_positional() ? option.get_name(true) : option.get_name(false, true);
   if (const std::size_t comma = head.find(','); comma != std::string::npos) head.insert(comma + 1, " ");
   if (!option.get_positional() && !parts.front().empty()) head += " " + parts.front();
@@ -81,7 +81,7 @@ std::vector<const CLI::Option*> positionals_of(const CLI::App& command) {
   return command.get_options([](const CLI::Option* option) { return option->get_positional(); });
 }
 
-// What must be given, in the order in which people type it.
+// Returns the usage line: what must be given, in the order in which people type it.
 std::string usage_of(const CLI::App& command, const std::string& name) {
   std::string usage = "Usage: " + name;
   const auto subcommands = command.get_subcommands({});
@@ -94,13 +94,13 @@ std::string usage_of(const CLI::App& command, const std::string& name) {
   for (const CLI::Option* option : required) {
     const std::string letter = option->get_snames().empty() ? "" : "-" + option->get_snames().front();
     usage += " " + (letter.empty() ? "--" + option->get_lnames().front() : letter) + " " +
-             placeholder_and_rules(*option).front();
+             value_name_and_rules(*option).front();
   }
   return usage + " [OPTIONS]\n";
 }
 
 std::string entry_of(const ListedSetting& setting) {
-  const std::string head = setting.name + (setting.placeholder.empty() ? "" : " " + setting.placeholder);
+  const std::string head = setting.name + (setting.value_name.empty() ? "" : " " + setting.value_name);
   const std::string limits = setting.rule.words + (setting.rule.words.empty() ? "" : "; ");
   return entry(head, setting.meaning + " (" + limits + "default " + setting.default_text + ")");
 }

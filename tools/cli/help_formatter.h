@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What --help and --help-all print: a line or two for each option, in its group, at most 100 columns wide, with its
-// range and its default in plain words.
+// Formats what --help and --help-all print: a line or two for each option, in its group, at most 100 columns wide, with
+// its range and its default in plain words.
 #pragma once
 
 #include <CLI/App.hpp>

@@ -14,7 +14,7 @@ namespace {
 
 void require_printed(const std::filesystem::path& output) {
   if (std::cout.flush()) return;
-  throw_if_interrupted();  // by SIGPIPE: nobody listens any more
+  throw_if_interrupted();  // by SIGPIPE: the reader of stdout has gone
   throw InputError(output.string() + ": is complete, but the result cannot be written to standard output, " +
                    why_not_written());
 }

@@ -21,7 +21,7 @@ CLI::Validator validator(const ValueRule& rule) {
   return {rule.complaint, rule.words};
 }
 
-// Of a whole number and its unit; none for another text, 0 and what is more than 2^64 - 1.
+// Reads a whole number and its unit; returns none for other text, 0 and numbers above 2^64 - 1.
 std::optional<std::uint64_t> scaled(const std::string& text, const std::map<std::string, std::uint64_t>& units) {
   std::uint64_t number = 0;
   const char* const end = text.data() + text.size();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What the value of an option may be: rules in plain words, which --help prints and complaints repeat. CLI11's own
+// Rules for the values of options, in plain words that --help prints and complaints repeat. CLI11's own
 // rules let NaN through, and infinity where there is no upper bound, read -1 as 2^64 - 1 and 010 as 8, and speak of
 // types.
 #pragma once
@@ -20,7 +20,7 @@
 namespace lumatlas {
 
 // A whole number from `least` to `most`, in decimal digits alone. Help says "1 to 8", or "2 or more" where the upper
-// bound is one that nobody reaches, and nothing of 0 or 1 and more.
+// bound is one that no value reaches, and nothing of 0 or 1 and more.
 [[nodiscard]] CLI::Validator whole_number(std::uint64_t least,
                                           std::uint64_t most = std::numeric_limits<std::uint64_t>::max());
 
@@ -61,7 +61,7 @@ struct SizeBound {
   std::uint64_t texels = 0;  // 0: it is not in texels
 };
 
-// Of "512MiB", "300 kB" without the space, "40Mtexels" or plain bytes; both 0 for what is no size.
+// Reads "512MiB", "300kB", "40Mtexels" or plain bytes; both fields are 0 for text that is no size.
 [[nodiscard]] SizeBound size_bound(const std::string& text);
 
 // A size in bytes or in texels, at least 1, or one of the `words`. It stays the text that it is.

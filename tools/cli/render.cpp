@@ -41,7 +41,7 @@ class FirstPicture {
   void has_read(const ReadTimes& times) { read_ = times; }
   void begins_to_load() { load_start_ = Clock::now(); }
   void has_loaded() { load_ms_ = ms_since(load_start_); }
-  // Of every picture; the first counts.
+  // Called for every picture; the first counts.
   void is_drawn() {
     if (total_ms_ > 0) return;
     total_ms_ = ms_since(start_);
@@ -98,7 +98,7 @@ KeptPath tour_of(const RenderFlags& flags, const Snapshot& snapshot) {
   return model_tour(snapshot, flags.tour_options());
 }
 
-// What became of a path that keeps to the photographs, for people.
+// Tells people what became of a path that keeps to the photographs.
 std::string kept_text(const KeptPath& kept, std::size_t frames) {
   std::ostringstream text;
   text << std::fixed << std::setprecision(0) << "path: " << 100 * kept.covered << "% of the frames show about as much "

@@ -18,7 +18,7 @@
 
 namespace lumatlas {
 
-// What --set is for.
+// The structs whose fields --set sets.
 struct RenderSettings {
   BlendOptions blend;
   TourOptions tour;
@@ -33,14 +33,14 @@ struct RenderFlags {
   std::size_t frames = 120;
   std::uint32_t width = 1280, height = 720;  // pixels
   double fov_deg = 70;
-  // What is shown.
+  // The quantity that pictures show.
   Mode mode = Mode::picture;
   std::vector<double> range;  // none, or least and most
   bool no_color_bar = false;
   std::string background;  // empty: blur, or alpha in an OpenEXR file
   BlendFlags blend;
   SettingFlags<RenderSettings> settings = render_settings();
-  // As which files.
+  // The form of the files.
   PictureFormat format = PictureFormat::png;
   double frames_per_second = 30;
   bool json_output = false;

@@ -14,7 +14,7 @@
 
 namespace lumatlas {
 
-// What was given by --set.
+// The settings that were given by --set.
 class GivenSettings {
  public:
   // Adds --set, which takes what `settings` list; --help-all lists them too.

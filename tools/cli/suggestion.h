@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What somebody may have meant who mistyped a command or an option.
+// Suggests the command or option that a mistyped name may stand for.
 #pragma once
 
 #include <CLI/App.hpp>

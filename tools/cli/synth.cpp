@@ -86,8 +86,8 @@ void run(SynthFlags flags) {
 
 void add_disturbances(CLI::App& command, SynthDisturbances& disturbances) {
   begin_rare_group(command, "known errors, listed with the true poses in DIR/truth");
-  const auto add = [&](const char* name, double& value, const char* placeholder, const char* help) {
-    command.add_option(name, value, help)->type_name(placeholder);
+  const auto add = [&](const char* name, double& value, const char* value_name, const char* help) {
+    command.add_option(name, value, help)->type_name(value_name);
   };
   add("--pose-noise", disturbances.pose_noise, "PX", "Of the written poses: displacement of what a view sees, rms");
   add("--exposure-noise", disturbances.exposure_noise, "EV", "Of the photographs, plus or minus");
@@ -129,8 +129,8 @@ void add_synth_command(CLI::App& program) {
       ->required()
       ->type_name("KIND")
       ->check(one_of(kinds).description(""));
-  const auto count = [&](const char* name, auto& value, const char* placeholder, const char* help) {
-    command->add_option(name, value, help)->type_name(placeholder)->transform(whole_number(0).description(""));
+  const auto count = [&](const char* name, auto& value, const char* value_name, const char* help) {
+    command->add_option(name, value, help)->type_name(value_name)->transform(whole_number(0).description(""));
   };
   SynthOptions& options = flags->options;
   begin_group(*command, "Files");
@@ -147,7 +147,7 @@ void add_synth_command(CLI::App& program) {
   command->add_option("--fov", options.fov_deg, "Horizontal field of view")->type_name("DEGREES");
   count("--samples", options.samples, "N", "Light paths a pixel");
   begin_group(*command, "Mesh");
-  count("--triangles", options.triangles, "N", "About so many");
+  count("--triangles", options.triangles, "N", "About this many");
   count("--seed", options.seed, "N", "Of shapes, patterns and the grain of the photographs");
   begin_group(*command, "Truth to score against");
   count("--path-frames", options.path_frames, "N",

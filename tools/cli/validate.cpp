@@ -41,7 +41,7 @@ namespace {
 
 using nlohmann::json;
 
-// What --set is for.
+// The structs whose fields --set sets.
 struct ValidateSettings {
   BlendOptions blend;
   FrameSize timing;
@@ -282,7 +282,7 @@ void add_timing_to(CLI::App& command, ValidateFlags& flags) {
   begin_rare_group(command, "time");
   command
       .add_option("--time-frames", flags.time_frames,
-                  "Also time so many frames from between the stored views, and reading and loading the model")
+                  "Also time N frames from between the stored views, and reading and loading the model")
       ->type_name("N")
       ->transform(whole_number(1, 100000))
       ->default_str("");

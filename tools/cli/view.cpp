@@ -52,7 +52,7 @@ class FollowedModel {
   }
 
  private:
-  // Of its file, or of the one that a folder's other files belong to; the earliest time while there is none.
+  // Returns when the model's file, or the main file of its folder, was written; the earliest time while there is none.
   [[nodiscard]] std::filesystem::file_time_type last_written() const {
     std::error_code missing;
     const bool folder = std::filesystem::is_directory(path_, missing);
@@ -62,10 +62,10 @@ class FollowedModel {
 
   std::filesystem::path path_;
   std::filesystem::file_time_type written_;
-  std::shared_ptr<const Model> unseen_;  // read, and returned to nobody yet
+  std::shared_ptr<const Model> unseen_;  // read, but not returned yet
 };
 
-// Photographs are in the page as they are in the model, for nobody waits for a network.
+// The page gets photographs as they are in the model, because a local server is fast.
 SiteOptions local_site(const std::filesystem::path& model) {
   SiteOptions options;
   options.title = title_of(model);

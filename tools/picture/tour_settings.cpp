@@ -9,7 +9,7 @@ Settings<TourOptions> tour_settings() {
   return {whole_setting("hilbert-order", &TourOptions::hilbert_order, "N", whole_number_rule(1, kMostHilbertOrder),
                         "With --hilbert, the curve has 2^N turns a side"),
           switch_setting("anywhere", &TourOptions::anywhere,
-                         "Lay --orbit and --hilbert also past what nobody photographed, rather than near the "
+                         "Lay --orbit and --hilbert also past what was not photographed, rather than near the "
                          "photographs")};
 }
 

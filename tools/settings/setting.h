@@ -28,9 +28,9 @@ namespace lumatlas {
 
 template <typename Options>
 struct Setting {
-  std::string name;         // "direction-weight", with its subject in front where tables are joined
-  std::string placeholder;  // for the value in help, with its unit: "DEGREES", "NAME"
-  std::string meaning;      // for help: what the value does, and when it counts
+  std::string name;        // "direction-weight", with its subject in front where tables are joined
+  std::string value_name;  // for the value in help, with its unit: "DEGREES", "NAME"
+  std::string meaning;     // for help: what the value does, and when it counts
   ValueRule rule;
   bool sets_others = false;                                    // it gives other rows their values, and is set first
   std::function<void(Options&, const std::string& text)> set;  // the text keeps the rule
@@ -51,7 +51,7 @@ struct Assignment {
 
 // A row without its struct, for help and for commands.
 struct ListedSetting {
-  std::string name, placeholder, meaning;
+  std::string name, value_name, meaning;
   ValueRule rule;
   std::string default_text;
 };
@@ -121,7 +121,7 @@ template <typename Options>
 [[nodiscard]] std::vector<ListedSetting> listed_settings(const Settings<Options>& table, const Options& defaults) {
   std::vector<ListedSetting> rows;
   for (const Setting<Options>& row : table) {
-    rows.push_back({row.name, row.placeholder, row.meaning, row.rule, setting_text(row.get(defaults))});
+    rows.push_back({row.name, row.value_name, row.meaning, row.rule, setting_text(row.get(defaults))});
   }
   return rows;
 }
@@ -132,7 +132,7 @@ template <typename Whole, typename Part, typename Find>
 void append_within(Settings<Whole>& whole, const std::string& subject, const Settings<Part>& table, Find part) {
   for (const Setting<Part>& row : table) {
     whole.push_back(
-        {subject + row.name, row.placeholder, row.meaning, row.rule, row.sets_others,
+        {subject + row.name, row.value_name, row.meaning, row.rule, row.sets_others,
          [set = row.set, part](Whole& options, const std::string& text) { set(std::invoke(part, options), text); },
          [get = row.get, part](const Whole& options) { return get(std::invoke(part, options)); }});
   }
@@ -157,10 +157,10 @@ template <typename Options>
 // A row for a field that is a number.
 template <typename Options>
 [[nodiscard]] Setting<Options> number_setting(const std::string& name, double Options::*field,
-                                              const std::string& placeholder, ValueRule rule,
+                                              const std::string& value_name, ValueRule rule,
                                               const std::string& meaning) {
   return {name,
-          placeholder,
+          value_name,
           meaning,
           std::move(rule),
           false,
@@ -171,11 +171,11 @@ template <typename Options>
 // A row for a field that is a whole number.
 template <typename Options, typename Whole>
 [[nodiscard]] Setting<Options> whole_setting(const std::string& name, Whole Options::*field,
-                                             const std::string& placeholder, ValueRule rule,
+                                             const std::string& value_name, ValueRule rule,
                                              const std::string& meaning) {
   return {
       name,
-      placeholder,
+      value_name,
       meaning,
       std::move(rule),
       false,

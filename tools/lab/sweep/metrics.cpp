@@ -14,7 +14,7 @@ namespace {
 
 using nlohmann::json;
 
-// Where a figure stands: in which result, under which JSON pointer, times what.
+// The place of a figure: in which result, under which JSON pointer, times what.
 struct Source {
   Metric metric;
   bool in_scores;

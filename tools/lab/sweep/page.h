@@ -26,12 +26,12 @@ struct ChartPage {
 
 [[nodiscard]] std::string chart_page(const ChartPage& page);
 
-// What the page says below a plot with a front: which marked series have a point on it. One sentence a scene and y;
-// none for a plot without a front.
+// Returns what the page says below a plot with a front: which marked series have a point on it. One sentence a scene
+// and y; none for a plot without a front.
 [[nodiscard]] std::vector<std::string> front_sentences(const Sweep& sweep, const SweepPlot& plot,
                                                        const std::vector<Curve>& curves);
 
-// Where each series breaks, one sentence a scene and series that has figures; none without a rule.
+// Returns where each series breaks, one sentence a scene and series that has figures; none without a rule.
 [[nodiscard]] std::vector<std::string> breaking_sentences(const Sweep& sweep, const std::vector<Curve>& curves);
 
 // Which programs made the points, unless all are of `program`; empty if they are.

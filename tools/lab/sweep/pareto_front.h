@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What no other choice beats in two figures at once.
+// The Pareto front: choices that no other beats in two figures at once.
 #pragma once
 
 #include <cstddef>

@@ -10,8 +10,8 @@
 
 namespace lumatlas {
 
-// What gnuplot is told: one column a scene that has figures, one row for each of the plot's y. Colours are those of
-// Okabe and Ito (2008), which the colour-blind tell apart; a default is drawn thick, the paper's method dashed and
+// Returns the script for gnuplot: one column a scene with figures, one row for each of the plot's y. Colours are those
+// of Okabe and Ito (2008), which the colour-blind tell apart; a default is drawn thick, the paper's method dashed and
 // hollow, so that they differ without colour too. Empty if no point has both of its figures.
 [[nodiscard]] std::string plot_script(const Sweep& sweep, const SweepPlot& plot, const std::vector<Curve>& curves,
                                       const std::filesystem::path& svg);

@@ -19,18 +19,19 @@ struct SweepPoint {
   std::string name;                              // "apartment/directions/16/2": scene, series, value and seed
   std::string kind, folder;                      // of the scene, one of them empty
   OptionValues synth, mesh, build, validate;     // all that are given; mesh: none if the scene's own is used
-  // Of the scene whose photographs are scored: synth, or without what series and value add to it.
+  // The options of the scene whose photographs are scored: those of synth without what series and value add.
   OptionValues scored_synth;
 };
 
-// Of every scene, series, value and seed. Points that are to be compared follow each other, so that a machine that is
-// busy for a while disturbs all of them: seeds are outermost, then scenes, values, and series innermost.
+// Returns the points of every scene, series, value and seed. Points that are to be compared follow each other, so that
+// a machine that is busy for a while disturbs all of them: seeds are outermost, then scenes, values, and series
+// innermost.
 [[nodiscard]] std::vector<SweepPoint> points_of(const Sweep& sweep);
 
 // All that the result depends on, apart from the program: the same for points that need to be made only once.
 [[nodiscard]] nlohmann::json description_of(const SweepPoint& point);
 
-// Of a description, or of options: 16 hexadecimal digits, the same on every machine.
+// Returns the key of a description or of options: 16 hexadecimal digits, the same on every machine.
 [[nodiscard]] std::string key_of(const nlohmann::json& description);
 
 // The description of a synthetic scene.

@@ -50,7 +50,7 @@ Figures figures_of_point(const PointResult& result) {
   return result.status == PointResult::Status::done ? figures_of(result.build, result.scores) : Figures();
 }
 
-// Of each result. A loss is measured against the first value of the same scene, series and seed.
+// Returns the figures of each result. A loss is measured against the first value of the same scene, series and seed.
 std::vector<Figures> figures_of_points(const std::vector<PointResult>& results) {
   const auto run_of = [](const SweepPoint& point) { return std::tuple(point.scene, point.series, point.seed); };
   std::vector<Figures> all;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What the points of a sweep say together: means over the seeds, where methods break, fronts; as CSV and JSON.
+// Collects what the points of a sweep say together: means over the seeds, where methods break, fronts; as CSV and JSON.
 #pragma once
 
 #include <cstddef>
@@ -29,7 +29,8 @@ struct Curve {
   std::vector<std::map<std::string, Repeated>> values;  // of the series, in its order: figures by metric
 };
 
-// Of every scene and series, in the sweep's order; values without a point that is done have no figures.
+// Returns the curves of every scene and series, in the sweep's order; values without a point that is done have no
+// figures.
 [[nodiscard]] std::vector<Curve> curves_of(const Sweep& sweep, const std::vector<PointResult>& results);
 
 // The index of the first of `figures` that is worse than the first of them by `fall` or more; none: it does not break,

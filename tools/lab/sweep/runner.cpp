@@ -85,7 +85,7 @@ std::string last_sentence(const fs::path& err) {
   return last.starts_with(kPrefix) ? last.substr(kPrefix.size()) : last;
 }
 
-// Calls `job` for 0 ... count - 1 from so many threads; the first exception ends the work and is thrown here.
+// Calls `job` for 0 ... count - 1 from `threads` threads; the first exception ends the work and is thrown here.
 void side_by_side(std::size_t count, std::size_t threads, const std::function<void(std::size_t)>& job) {
   std::atomic<std::size_t> next{0};
   std::exception_ptr failure;
@@ -296,7 +296,7 @@ void SweepRunner::Work::make_mesh(PointResult& result, const fs::path& folder) {
 void SweepRunner::Work::build_and_score(PointResult& result, const fs::path& folder) {
   const fs::path scene = scene_of(result.point), model = folder / "model";
   const auto facts = [&] { return facts_of(scene, result.point.build); };
-  // What the mesh lacks would be added anew at each point, for more time than the rest takes.
+  // Completing the mesh anew at each point would take more time than the rest.
   std::vector<std::string> build{
       "build", scene.string(), "--output=" + model.string(), "--texture=none", "--mesh-as-given", "--json", "--quiet"};
   if (!result.point.mesh.empty()) {

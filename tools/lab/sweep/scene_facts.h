@@ -15,12 +15,12 @@ struct SceneFacts {
   double diameter = 0;          // of the mesh, scene units
   std::size_t photographs = 0;  // all of them
   std::size_t offered = 0;      // less those that are held out
-  double texels = 0;  // of the photographs that are offered; of so many of them as --max-views lets the model hold
-  double bytes = 0;   // on the GPU, of these in exact tiles with the whole mesh, but for references
+  double texels = 0;            // of the offered photographs, or of the first --max-views of them
+  double bytes = 0;             // on the GPU, of these in exact tiles with the whole mesh, without references
 };
 
-// Of a scene and the options of `lumatlas build` (--hold, --block, --mesh, --max-views if it is a number). Throws
-// InputError where the scene cannot be read.
+// Returns the facts of a scene under the options of `lumatlas build` (--hold, --block, --mesh, --max-views if it is a
+// number). Throws InputError where the scene cannot be read.
 [[nodiscard]] SceneFacts scene_facts(const std::filesystem::path& scene, const OptionValues& build);
 
 // The options with every text that begins with '=' replaced: by `scene` and what follows for "=scene/REST", else by the

@@ -46,7 +46,7 @@ class SweepReader {
   [[nodiscard]] Sweep sweep(const JsonPlace& file) const;
 
  private:
-  // What a swept value sets if it is not an object.
+  // The option or setting that a swept value sets if it is not an object.
   struct SweptOption {
     std::string command, name;  // empty: nothing
   };
@@ -259,7 +259,7 @@ bool is_judged(const std::string& metric) {
   return found != nullptr && found->better != Better::neither;
 }
 
-// What only all of the sweep can tell about a plot.
+// Checks what only the whole sweep can tell about a plot.
 void check_plot(const SweepPlot& plot, const Sweep& sweep, const JsonPlace& place) {
   if (plot.front && !(is_judged(plot.x) && std::all_of(plot.y.begin(), plot.y.end(), is_judged))) {
     place.refuse("a front needs metrics of which more or less is better, on both axes");

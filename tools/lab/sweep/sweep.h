@@ -12,7 +12,7 @@
 
 namespace lumatlas {
 
-// Of an option of the program. A text that begins with '=' stands for a quantity of the scene, see
+// The value of an option of the program. A text that begins with '=' stands for a quantity of the scene, see
 // tools/lab/sweep/scene_facts.h.
 struct OptionValue {
   bool given = true;                // false: takes back what was given before
@@ -21,7 +21,7 @@ struct OptionValue {
   bool operator==(const OptionValue&) const = default;
 };
 
-// By name: of an option, without dashes, or of a setting, which has a point in it.
+// Values by name: an option's without dashes, or a setting's, which has a point in it.
 using OptionValues = std::map<std::string, OptionValue>;
 
 // Returns whether a name is that of a setting, "coverage.metric", rather than of an option.
@@ -78,7 +78,7 @@ struct SweepPlot {
   std::vector<SweepLine> lines;
 };
 
-// Where a method breaks: at the first value at which the metric is so much worse than at the first.
+// The rule by which a method breaks: at the first value at which the metric is worse by `fall` than at the first value.
 struct SweepBreaking {
   std::string metric;
   double fall = 1;  // > 0, in the metric's unit
@@ -111,14 +111,14 @@ enum class SweepScale { small, medium, full };
 // this name.
 using KnowsOption = std::function<bool(const std::string& command, const std::string& option)>;
 
-// What a file describes at one scale: one sweep, {"name": ..., "scenes": ..., ...}, or several,
+// Reads what a file describes at one scale: one sweep, {"name": ..., "scenes": ..., ...}, or several,
 //   {"common": {...}, "sweeps": [{"name": ...}, ...]},
 // each of which has the members of "common", which may be missing, that it does not have itself; their names differ.
 // Throws InputError by file and place for whatever is missing, unknown, of the wrong type or contradictory.
 [[nodiscard]] std::vector<Sweep> read_sweeps(const std::filesystem::path& path, SweepScale scale,
                                              const KnowsOption& knows_option);
 
-// Of several sweeps the one of this name. Throws InputError naming `file` and those that there are.
+// Returns the sweep of this name among several. Throws InputError naming `file` and those that there are.
 [[nodiscard]] Sweep sweep_named(const std::string& name, const std::vector<Sweep>& sweeps,
                                 const std::filesystem::path& file);
 
