@@ -6,7 +6,7 @@
 #include <cstdint>
 
 #include "mesh/base/requirement.h"
-#include "planner/refinement/joint_solver.h"
+#include "planner/refinement/joint/joint_solver.h"
 
 namespace lumatlas {
 

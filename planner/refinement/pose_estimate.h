@@ -12,7 +12,7 @@
 #include "atlas/atlas.h"
 #include "mesh/camera.h"
 #include "planner/interruption.h"
-#include "planner/refinement/joint_cost.h"
+#include "planner/refinement/joint/joint_cost.h"
 #include "planner/refinement/median_colors.h"
 #include "planner/refinement/surface_samples.h"
 

@@ -10,19 +10,19 @@
 
 #include "tests/fuzz/capture_laws.h"
 #include "tests/fuzz/sentence_laws.h"
-#include "tools/scene/forms/bundler.h"
-#include "tools/scene/forms/meshroom.h"
-#include "tools/scene/forms/metashape.h"
-#include "tools/scene/forms/openmvg.h"
-#include "tools/scene/forms/openmvs.h"
-#include "tools/scene/forms/opensfm.h"
+#include "tools/scene/forms/photogrammetry/bundler.h"
+#include "tools/scene/forms/photogrammetry/meshroom.h"
+#include "tools/scene/forms/photogrammetry/metashape.h"
+#include "tools/scene/forms/photogrammetry/openmvg.h"
+#include "tools/scene/forms/photogrammetry/openmvs.h"
+#include "tools/scene/forms/photogrammetry/opensfm.h"
+#include "tools/scene/forms/photogrammetry/reality_capture.h"
+#include "tools/scene/forms/photogrammetry/visual_sfm.h"
 #include "tools/scene/forms/photographs/photograph_lookup.h"
 #include "tools/scene/forms/photographs/photograph_names.h"
 #include "tools/scene/forms/polycam.h"
-#include "tools/scene/forms/reality_capture.h"
 #include "tools/scene/forms/scannet.h"
 #include "tools/scene/forms/tum_rgbd.h"
-#include "tools/scene/forms/visual_sfm.h"
 
 namespace {
 

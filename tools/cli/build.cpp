@@ -7,11 +7,11 @@
 #include <string>
 
 #include "tools/base/output_folder.h"
-#include "tools/cli/build_flags.h"
 #include "tools/cli/build_watch.h"
 #include "tools/cli/commands.h"
-#include "tools/cli/json_output.h"
-#include "tools/cli/next_steps.h"
+#include "tools/cli/flags/build_flags.h"
+#include "tools/cli/output/json_output.h"
+#include "tools/cli/output/next_steps.h"
 #include "tools/cli/shown_build.h"
 #include "tools/pipeline/build_summary.h"
 #include "tools/pipeline/model_inspection.h"

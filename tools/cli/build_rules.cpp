@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-#include "tools/cli/build_flags.h"
-#include "tools/cli/option_rules.h"
+#include "tools/cli/flags/build_flags.h"
+#include "tools/cli/flags/option_rules.h"
 #include "tools/pipeline/budget/model_budget.h"
 #include "tools/pipeline/build_settings.h"
 #include "tools/pipeline/surface/baked_texture.h"

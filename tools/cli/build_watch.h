@@ -5,7 +5,7 @@
 #include <optional>
 
 #include "tools/base/interrupt.h"
-#include "tools/cli/build_flags.h"
+#include "tools/cli/flags/build_flags.h"
 #include "tools/pipeline/build_progress.h"
 
 namespace lumatlas {

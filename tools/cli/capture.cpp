@@ -11,10 +11,10 @@
 #include "tools/base/output_folder.h"
 #include "tools/capture/capture_json.h"
 #include "tools/cli/commands.h"
-#include "tools/cli/json_output.h"
-#include "tools/cli/next_steps.h"
-#include "tools/cli/option_rules.h"
-#include "tools/cli/stage_bars.h"
+#include "tools/cli/flags/option_rules.h"
+#include "tools/cli/output/json_output.h"
+#include "tools/cli/output/next_steps.h"
+#include "tools/cli/output/stage_bars.h"
 #include "tools/pipeline/build_summary.h"
 
 namespace lumatlas {

@@ -12,8 +12,8 @@
 #include "tools/base/interrupt.h"
 #include "tools/base/process_limits.h"
 #include "tools/cli/commands.h"
-#include "tools/cli/option_rules.h"
-#include "tools/cli/suggestion.h"
+#include "tools/cli/flags/option_rules.h"
+#include "tools/cli/output/suggestion.h"
 
 namespace lumatlas {
 

@@ -11,8 +11,8 @@
 #include <stdexcept>
 #include <string>
 
-#include "tools/cli/help_formatter.h"
-#include "tools/cli/option_rules.h"
+#include "tools/cli/flags/option_rules.h"
+#include "tools/cli/output/help_formatter.h"
 #include "tools/scene/scene.h"
 
 namespace lumatlas {

@@ -10,11 +10,11 @@
 #include <vector>
 
 #include "mesh/base/number_text.h"
-#include "tools/cli/cell_flags.h"
 #include "tools/cli/commands.h"
-#include "tools/cli/json_output.h"
-#include "tools/cli/mesh_frame_flags.h"
-#include "tools/cli/setting_flags.h"
+#include "tools/cli/flags/cell_flags.h"
+#include "tools/cli/flags/mesh_frame_flags.h"
+#include "tools/cli/flags/setting_flags.h"
+#include "tools/cli/output/json_output.h"
 #include "tools/inspection/inspection.h"
 #include "tools/pipeline/model_inspection.h"
 #include "tools/pipeline/surface/completed_surface.h"

@@ -6,7 +6,7 @@
 #include <string>
 
 #include "tools/base/interrupt.h"
-#include "tools/cli/print_address.h"
+#include "tools/cli/output/print_address.h"
 #include "tools/viewer/open_browser.h"
 
 namespace lumatlas {

@@ -6,7 +6,7 @@
 #include <memory>
 #include <thread>
 
-#include "tools/cli/build_flags.h"
+#include "tools/cli/flags/build_flags.h"
 #include "tools/pipeline/build_model.h"
 #include "tools/viewer/live_site.h"
 

@@ -13,8 +13,8 @@
 #include "tools/base/output_folder.h"
 #include "tools/base/progress.h"
 #include "tools/cli/commands.h"
-#include "tools/cli/json_output.h"
-#include "tools/cli/option_rules.h"
+#include "tools/cli/flags/option_rules.h"
+#include "tools/cli/output/json_output.h"
 #include "tools/lab/synth/kinds.h"
 #include "tools/lab/synth/synth.h"
 

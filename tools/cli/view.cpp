@@ -9,7 +9,7 @@
 #include "tools/base/interrupt.h"
 #include "tools/base/progress.h"
 #include "tools/cli/commands.h"
-#include "tools/cli/print_address.h"
+#include "tools/cli/output/print_address.h"
 #include "tools/viewer/live_site.h"
 #include "tools/viewer/open_browser.h"
 #include "tools/viewer/site.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "tools/cli/option_rules.h"
+#include "tools/cli/flags/option_rules.h"
 
 #include <catch2/catch.hpp>
 #include <string>

@@ -20,7 +20,7 @@
 #include <utility>
 #include <vector>
 
-#include "tools/cli/option_rules.h"
+#include "tools/cli/flags/option_rules.h"
 #include "tools/lab/bench/planning_time.h"
 #include "tools/lab/bench/program.h"
 

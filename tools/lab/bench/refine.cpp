@@ -16,7 +16,7 @@
 #include <vector>
 
 #include "tools/base/output_folder.h"
-#include "tools/cli/option_rules.h"
+#include "tools/cli/flags/option_rules.h"
 #include "tools/lab/bench/program.h"
 #include "tools/lab/bench/refinement_accuracy.h"
 #include "tools/lab/bench/refinement_time.h"

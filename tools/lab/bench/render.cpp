@@ -28,7 +28,7 @@
 #include "blend/renderer.h"
 #include "mesh/base/median.h"
 #include "tools/base/elapsed.h"
-#include "tools/cli/option_rules.h"
+#include "tools/cli/flags/option_rules.h"
 #include "tools/lab/bench/program.h"
 #include "tools/lab/timing/frame_time.h"
 

@@ -20,9 +20,9 @@
 #include "tests/support/colmap_bytes.h"
 #include "tests/support/temporary_folder.h"
 #include "tools/scene/forms/fields/json_poses.h"
-#include "tools/scene/forms/meshroom.h"
-#include "tools/scene/forms/openmvg.h"
-#include "tools/scene/forms/opensfm.h"
+#include "tools/scene/forms/photogrammetry/meshroom.h"
+#include "tools/scene/forms/photogrammetry/openmvg.h"
+#include "tools/scene/forms/photogrammetry/opensfm.h"
 #include "tools/scene/forms/photographs/photograph_lookup.h"
 
 namespace lumatlas {

@@ -14,10 +14,10 @@
 #include "mesh/base/number_text.h"
 #include "tests/support/colmap_bytes.h"
 #include "tests/support/temporary_folder.h"
-#include "tools/scene/forms/bundler.h"
+#include "tools/scene/forms/photogrammetry/bundler.h"
+#include "tools/scene/forms/photogrammetry/visual_sfm.h"
 #include "tools/scene/forms/photographs/measured_size.h"
 #include "tools/scene/forms/photographs/photograph_lookup.h"
-#include "tools/scene/forms/visual_sfm.h"
 
 namespace lumatlas {
 namespace {

@@ -1,0 +1,158 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "tools/cli/flags/build_flags.h"
+
+#include "tools/cli/flags/cell_flags.h"
+#include "tools/cli/flags/option_rules.h"
+#include "tools/pipeline/budget/model_budget.h"
+#include "tools/pipeline/build_settings.h"
+
+namespace lumatlas {
+
+namespace {
+
+const Names<RefineMode> kRefinements{{"none", RefineMode::none},
+                                     {"exposure", RefineMode::exposure},
+                                     {"pose", RefineMode::pose},
+                                     {"all", RefineMode::all},
+                                     {"joint", RefineMode::joint}};
+
+// The program compresses tiles where a budget asks for it.
+BuildOptions default_options() {
+  BuildOptions options;
+  options.tight_tiles = compressed_tiles(options.tiles);
+  return options;
+}
+
+}  // namespace
+
+BuildFlags::BuildFlags() : options(default_options()), settings(build_settings(), default_options()) {}
+
+void BuildFlags::add_files_to(CLI::App& command) {
+  add_file(command, "SCENE", scene, "SCENE",
+           "COLMAP workspace or other capture with a mesh; --watch: one that fills up")
+      ->required();
+  begin_group(command, "Files");
+  add_model_output(command, output);
+  add_file(command, "--mesh", mesh, "FILE",
+           "PLY, OBJ, STL or GLB, else looked for in SCENE; in other units, axes or shifted: see "
+           "--mesh-scale, --mesh-axes and --mesh-shift in --help-all");
+  command.add_flag("--mesh-as-given", mesh_as_given, "Neither add surface that the mesh lacks nor remove faces");
+  add_choice(command, "--image", photograph_coding.format, {{"png", ImageFormat::png}, {"jpeg", ImageFormat::jpeg}},
+             "How photographs are kept in the model")
+      ->transform(other_name("jpg", "jpeg"));
+  quality = command.add_option("--quality", photograph_coding.quality, "With --image jpeg, how well")
+                ->type_name("Q")
+                ->transform(whole_number(1, 100));
+}
+
+void BuildFlags::add_stream_to(CLI::App& command) {
+  begin_group(command, "Photographs");
+  pictures.add_to(command);
+  command.add_flag("--skip-bad", skip_bad, "Go on without those that are missing or damaged, and name them");
+  command.add_flag("--watch", watch, "Go on as photographs and poses come into SCENE; Ctrl-C saves the model");
+  hold.add_to(command, "Leave out every H-th by name, for `lumatlas validate` to score");
+}
+
+void BuildFlags::add_model_to(CLI::App& command) {
+  begin_group(command, "Model");
+  max_views = command.add_option("--max-views", options.max_views, "Photographs that it may hold")
+                  ->type_name("N")
+                  ->transform(whole_number(1, 1u << 20))
+                  ->default_str(std::to_string(*options.max_views) + ", with --budget as many as fit");
+  budget = command
+               .add_option("--budget", budget_size,
+                           "What it may take on the GPU, mesh included: 512MiB, 300MB; its photographs alone: "
+                           "40Mtexels; auto: as little as --loss allows")
+               ->type_name("SIZE")
+               ->check(byte_or_texel_size({kAuto}))
+               ->default_str("");
+  loss = command
+             .add_option("--loss", loss_db,
+                         "With --budget auto, loss of PSNR against all photographs, as measured while building")
+             ->type_name("DB")
+             ->check(finite_not_negative());
+  add_cell_size(command, options.cells);
+  command.add_option("--faces", faces, "Faces of the mesh: keep (all), auto (as many as pictures show) or a number")
+      ->type_name("N")
+      ->transform(count_or({kAuto, kKeep}))
+      ->default_str("keep; auto with --budget but in texels");
+  refine = add_choice(command, "--refine", options.refine, kRefinements,
+                      "What is corrected: gain, pose, lens, masks; joint: all of it, then all photographs together");
+  command.add_flag("--paper", paper, "As in the paper: measure, masks, mesh as given; --refine all unless given");
+}
+
+void BuildFlags::add_messages_to(CLI::App& command) {
+  begin_group(command, "Messages");
+  add_json(command, json_output);
+  command.add_flag("--verbose", verbose, "Tell what was refined, a line a view");
+  command.add_flag("--view", view, "Show the model in the browser while it is built, and until Ctrl-C");
+  add_quiet(command, quiet);
+}
+
+void BuildFlags::add_rare_mesh_options_to(CLI::App& command) {
+  begin_rare_group(command, "a mesh in another frame than the poses, or with holes");
+  mesh_frame.add_to(command);
+  command.add_flag("--any-mesh", options.any_mesh,
+                   "Build also where most photographs see next to nothing of the mesh, or it is certainly in another "
+                   "frame, rather than refuse");
+  command.add_option("--close-holes", options.close_holes, "Close holes of the mesh up to this across, scene units")
+      ->type_name("LENGTH")
+      ->check(finite_not_negative());
+}
+
+void BuildFlags::add_rare_model_options_to(CLI::App& command) {
+  begin_rare_group(command, "memory, texture and GPU");
+  photograph_bytes = command
+                         .add_option("--photograph-bytes", options.planner.max_bytes,
+                                     "Memory for photographs that tiles are cut from while the model is built; with "
+                                     "--budget and without --max-views four times that")
+                         ->type_name("SIZE")
+                         ->transform(byte_size())
+                         ->default_str("");
+  command
+      .add_option(
+          "--texture", texture,
+          "The longest side of the texture that other programs show in place of averaged colours; none: without")
+      ->type_name("PX")
+      ->transform(count_or({kNoTexture}));
+  add_choice(command, "--visibility-by", options.visibility_by,
+             {{"rays", VisibilityBy::rays}, {"gl", VisibilityBy::gl}},
+             "What finds the visible surface: rays on the processor, or OpenGL on the GPU");
+}
+
+void BuildFlags::add_rare_watch_options_to(CLI::App& command) {
+  begin_rare_group(command, "scenes that fill up, and a page that shows it");
+  CLI::Option* const watches = command.get_option("--watch");
+  CLI::Option* const views = command.get_option("--view");
+  command
+      .add_option("--idle", idle_s,
+                  "With --watch, end and save once nothing has changed for so long; 0: by Ctrl-C alone")
+      ->type_name("SECONDS")
+      ->transform(whole_number(0, 1u << 20))
+      ->needs(watches);
+  command.add_option("--port", server.port, "With --view, listen at this port; 0: any that is free")
+      ->type_name("N")
+      ->transform(whole_number(0, 65535))
+      ->needs(views);
+  command.add_flag("--no-browser", no_browser, "With --view, only say the address")->needs(views);
+}
+
+void BuildFlags::add_to(CLI::App& command) {
+  add_files_to(command);
+  add_stream_to(command);
+  add_model_to(command);
+  add_messages_to(command);
+  add_rare_mesh_options_to(command);
+  add_rare_model_options_to(command);
+  add_rare_watch_options_to(command);
+  settings.add_to(command);
+}
+
+ImageCoding BuildFlags::image_coding() const {
+  if (quality->count() > 0 && photograph_coding.format == ImageFormat::png) {
+    throw CLI::ValidationError("--quality", "needs --image jpeg: PNG is exact");
+  }
+  return photograph_coding;
+}
+
+}  // namespace lumatlas

@@ -1,0 +1,55 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "tools/cli/flags/mesh_frame_flags.h"
+
+#include <CLI/Option.hpp>
+#include <CLI/Validators.hpp>
+#include <algorithm>
+#include <stdexcept>
+
+#include "tools/cli/flags/option_rules.h"
+
+namespace lumatlas {
+
+namespace {
+
+template <typename Parse>
+CLI::Validator mesh_frame_rule(Parse parse) {
+  return {[parse](std::string& text) -> std::string {
+            try {
+              (void)parse(text);
+            } catch (const std::invalid_argument& error) {
+              return error.what();
+            }
+            return {};
+          },
+          ""};
+}
+
+}  // namespace
+
+void MeshFrameFlags::add_to(CLI::App& command, CLI::Option* of) {
+  options = {
+      command
+          .add_option("--mesh-scale", scale, "Units of the poses that one unit of the mesh is: 0.001 of millimetres")
+          ->type_name("S")
+          ->check(finite_positive()),
+      command
+          .add_option("--mesh-axes", axes,
+                      "The poses' x, y and z in terms of the mesh's: x,-z,y of a mesh that is y up")
+          ->type_name("X,Y,Z")
+          ->check(mesh_frame_rule(parse_mesh_axes)),
+      command.add_option("--mesh-shift", shift, "Added to the mesh after scale and axes, such as -500000,-4500000,0")
+          ->type_name("X,Y,Z")
+          ->check(mesh_frame_rule(parse_mesh_shift))};
+  for (CLI::Option* option : options) {
+    if (of != nullptr) option->needs(of);
+  }
+}
+
+std::optional<MeshFrame> MeshFrameFlags::frame() const {
+  const auto is_given = [](const CLI::Option* option) { return option->count() > 0; };
+  if (std::none_of(options.begin(), options.end(), is_given)) return std::nullopt;
+  return MeshFrame{parse_mesh_axes(axes), scale, parse_mesh_shift(shift)};
+}
+
+}  // namespace lumatlas
