@@ -55,6 +55,12 @@ std::vector<int> half_widths(std::uint32_t radius) {
   return widths;
 }
 
+// The mask of a usable pixel at that distance from the nearest unusable one, for a fade of at least 1 pixel. It is next
+// to nothing right beside that one: drawn with linear interpolation, the mask then ends at the edge between the two.
+std::uint8_t faded_to(double distance_px, std::uint32_t fade_px) {
+  return static_cast<std::uint8_t>(std::clamp(std::lround(255 * (distance_px - 1) / fade_px), 1L, 255L));
+}
+
 // The part of the validity masks that follows from depth edges alone.
 class DepthEdges {
  public:
@@ -172,7 +178,7 @@ class DepthEdges {
       return !usable[other] && (both || !is_edge(z, depth_[other]));
     });
     if (nearest == window.end()) return 255;
-    return static_cast<std::uint8_t>(std::lround(255.0 * nearest->length / (options_.fade_px + 1)));
+    return faded_to(nearest->length, options_.fade_px);
   }
 
   std::span<const float> depth_;
@@ -213,12 +219,11 @@ std::vector<std::uint16_t> column_distances(const std::vector<std::uint8_t>& usa
   return distance;
 }
 
-// The mask by the squared distance to the nearest unusable pixel: from 0 to 255 over `limit` pixels.
-std::vector<std::uint8_t> rising_to(int limit) {
-  std::vector<std::uint8_t> mask;
-  for (int squared = 0; squared <= limit * limit; ++squared) {
-    mask.push_back(static_cast<std::uint8_t>(std::lround(255.0 * std::min(1.0, std::sqrt(squared) / limit))));
-  }
+// The mask by the squared distance to the nearest unusable pixel, up to one more than the fade's length.
+std::vector<std::uint8_t> rising_over(std::uint32_t fade_px) {
+  const auto limit = static_cast<int>(fade_px) + 1;
+  std::vector<std::uint8_t> mask{0};
+  for (int squared = 1; squared <= limit * limit; ++squared) mask.push_back(faded_to(std::sqrt(squared), fade_px));
   return mask;
 }
 
@@ -234,10 +239,9 @@ std::vector<std::uint8_t> faded(const std::vector<std::uint8_t>& usable, const P
                                 std::uint32_t fade_px) {
   if (fade_px == 0) return rising_at_once(usable);
   const int width = static_cast<int>(photograph.width);
-  // A pixel next to an unusable one is at distance 1 and gets the first step of the fade.
   const int limit = static_cast<int>(fade_px) + 1;
   const std::vector<std::uint16_t> column = column_distances(usable, photograph.width, photograph.height, limit);
-  const std::vector<std::uint8_t> rising = rising_to(limit);
+  const std::vector<std::uint8_t> rising = rising_over(fade_px);
   std::vector<std::uint8_t> mask(usable.size());
   for_each_row(photograph.height, [&](int y) {
     const std::size_t row = static_cast<std::size_t>(y) * photograph.width;
@@ -272,6 +276,7 @@ std::uint8_t trusted_by(std::uint8_t validity, std::uint8_t trust) {
 
 ValidityOptions ValidityOptions::printed() {
   ValidityOptions options;
+  options.edge_radius_px = 2;
   options.fade_px = 0;
   options.edges = Edges::both_sides;
   return options;

@@ -4,10 +4,11 @@
 // sample's depth.)
 //
 // Departures from the print: The image rectangle less the undistortion border takes the place of the cone alpha. The
-// depth difference is relative to the depth. Validity fades towards invalid pixels instead of a step, so that no seam
-// shows where a photograph ends. Only the farther side of a depth edge is invalid, because its colours would stay on
-// the surface behind when the camera moves. The nearer side, the rim of the object in front, is valid for pictures from
-// about the same direction (blend/geometric_weight.h), which show the same rim before the same background.
+// depth difference is relative to the depth. Validity fades towards invalid pixels instead of a step, so that no line
+// shows where a photograph ends (blend/geometric_weight.h, faded_weight()). Only the farther side of a depth edge is
+// invalid, because its colours would stay on the surface behind when the camera moves. The nearer side, the rim of the
+// object in front, is valid for pictures from about the same direction (rim_share() there), which show the same rim
+// before the same background.
 // ValidityOptions::printed() keeps the step and both sides. Pixels that the other views contradict (a passer-by, a leaf
 // before the lens), which the paper leaves in, weigh next to nothing.
 #pragma once
@@ -31,8 +32,8 @@ struct ValidityOptions {
     both_sides,  // and those beside one that is farther, or that shows no surface
   };
   double depth_edge = 0.05;          // a depth step counts as an edge above this share of the nearer depth; (0, 1e6]
-  std::uint32_t edge_radius_px = 2;  // Delta_xy: pixels this close to an edge are invalid; [0, 16]
-  std::uint32_t fade_px = 0;         // over how many pixels the mask rises from 0 to 255; [0, 16], 0: a step
+  std::uint32_t edge_radius_px = 1;  // Delta_xy: pixels this close to an edge are invalid; [0, 16]; printed: 2
+  std::uint32_t fade_px = 3;         // over how many pixels the mask rises from next to 0 to 255; [0, 16], 0: a step
   Edges edges = Edges::far_side;     // which side of an edge is invalid; printed: both
 
   [[nodiscard]] static ValidityOptions printed();

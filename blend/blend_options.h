@@ -5,13 +5,14 @@
 //   w_dir = max(0, cos of the angle at X between novel and stored camera)
 //   w_pos = min(o, i) / max(o, i)                   o, i: distance of the novel and of the stored camera from X
 //           (printed: max(0, 1 - o / i), which is 0 at equal distance and prefers far views)
-//   w     = valid * in_frame(lambda w_dir + (1 - lambda) w_pos)
+//   w     = faded(lambda w_dir + (1 - lambda) w_pos, left)
 //   share ~ (w - w_next) / max(1 - w, kLeastPenalty)  w_next: the (K+1)th largest w
 //           (printed: w)
 //
-// valid is the mask of atlas/validity.h, interpolated, where X is not behind the stored depth; at a rim times
-// rim_share() of blend/geometric_weight.h, or 0 without `rims`. in_frame() is weight_in_frame() of that header: it
-// lowers the weight in a band along the photograph's border, down to 0 at the border (printed: the weight stays).
+// faded() is faded_weight() of blend/geometric_weight.h. `left` is the share of the view that is left at X. It is 0
+// where X is behind the stored depth or its pixel is invalid. Elsewhere it is the mask of atlas/validity.h, which is
+// interpolated but at rims, times rim_share() at a rim, which is 0 without `rims`, and times frame_share() in a band
+// along the photograph's border (printed: no band, and a mask of 0 and 1).
 #pragma once
 
 #include <cstdint>
@@ -68,7 +69,7 @@ struct BlendOptions {
   bool consistent = true;
   // Width of the band along a photograph's border in which its view fades out, as a share of the photograph's shorter
   // side, [0, 0.5]. Shares of all views are then continuous where one ends, also where it is only the next best one.
-  // printed: 0, views end in a line
+  // At masks and depth edges ValidityOptions::fade_px does the same. printed: 0, views end in a line
   double frame_fade = 0.005;
   // How colours are sampled; validity is always sampled linearly. With a gutter of 1 pixel
   // around tiles colours are sampled linearly too.

@@ -35,11 +35,11 @@ double frame_share(const glm::dvec2& image, const glm::dvec2& size, double fade)
   return share.x * share.y;
 }
 
-double weight_in_frame(double weight, double frame) {
-  if (!(frame < 1)) return weight;
-  if (!(frame > 0)) return 0;
-  const double penalty = (1 - weight + kFramePenalty * (1 - frame)) / frame;
-  return std::max(1 - penalty, kLeastInFrame * frame * weight);
+double faded_weight(double weight, double left) {
+  if (!(left < 1)) return weight;
+  if (!(left > 0)) return 0;
+  const double penalty = (1 - weight + kFadePenalty * (1 - left)) / left;
+  return std::max(1 - penalty, kLeastFaded * left * weight);
 }
 
 }  // namespace lumatlas

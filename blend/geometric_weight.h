@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Internal to blend/: how like the novel view a stored one is, seen from a point, and how its weight falls near the
-// border of its photograph.
+// Internal to blend/: how like the novel view a stored one is, seen from a point, and how its weight falls where it
+// ends.
 #pragma once
 
 #include <glm/vec2.hpp>
@@ -10,14 +10,14 @@
 
 namespace lumatlas {
 
-// In the band along a photograph's border, 1 - w of its view grows to (1 - w + kFramePenalty (1 - frame)) / frame;
-// `frame` falls to 0 at the border. Above 0, so that a photograph fades in a picture from its own place too: where
-// `frame` is a half, it weighs there as a photograph from 9 degrees aside. Shared with the shader.
-inline constexpr double kFramePenalty = 0.01;
+// Where only the share `left` of a view is left, its 1 - w grows to (1 - w + kFadePenalty (1 - left)) / left. The
+// penalty is above 0, so that a photograph fades in a picture from its own place too: where `left` is a half, it weighs
+// there as a photograph from 9 degrees aside. Shared with the shader.
+inline constexpr double kFadePenalty = 0.01;
 
-// The least share of `frame` times its weight that a view keeps in that band, so that it shows where no other view is
-// valid. In most of the band above that of contradicted pixels, 1 / 255; far below other views. Shared with the shader.
-inline constexpr double kLeastInFrame = 0.05;
+// The least share of `left` times its weight that a view keeps, so that it shows where no other view is valid: far
+// below other views. Shared with the shader.
+inline constexpr double kLeastFaded = 0.05;
 
 // Width of the band on the far sphere, as a share of the photograph's shorter side: the band is the whole photograph.
 // All photographs see the far sphere from nearly the same direction, so the band decides between them: a point comes
@@ -40,9 +40,10 @@ inline constexpr double kFarFrameFade = 0.5;
 // photograph's shorter side, options.frame_fade or kFarFrameFade.
 [[nodiscard]] double frame_share(const glm::dvec2& image, const glm::dvec2& size, double fade);
 
-// The weight of a view where `frame` is the share that is left of its photograph: continuous in both, at most `weight`,
-// equal to it where `frame` is 1, and 0 where `frame` is 0. The view first ranks as a worse one, so that the next best
-// view follows it continuously; then it keeps kLeastInFrame * frame * weight.
-[[nodiscard]] double weight_in_frame(double weight, double frame);
+// The weight of a view at a point where the share `left` of it is left, in [0, 1]: the product of its validity mask, of
+// rim_share() and of frame_share(). Continuous in both, at most `weight`, equal to it where `left` is 1, and 0 where
+// `left` is 0. The view first ranks as a worse one, so that the next best view follows it continuously; then it keeps
+// kLeastFaded * left * weight.
+[[nodiscard]] double faded_weight(double weight, double left);
 
 }  // namespace lumatlas

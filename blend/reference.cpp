@@ -30,12 +30,6 @@ namespace lumatlas {
 
 namespace {
 
-// Linear colour and mask, both interpolated.
-struct Sample {
-  glm::dvec3 color{0.0};
-  double validity = 0;
-};
-
 struct WeightedColor {
   double weight = 0;
   glm::dvec3 color{0.0};
@@ -67,7 +61,11 @@ Source::Source(const Snapshot& from, const BlendOptions& options, const glm::dve
   });
 }
 
-// Before its gain, bilinear between texel centres; beyond the border its texels are repeated.
+// The colour before its gain and the mask, linear between texel centres; beyond the border its texels are repeated.
+struct Sample {
+  glm::dvec3 color{0.0};
+  double validity = 0;
+};
 Sample bilinear(const ImageLevel& level, const glm::dvec2& position) {
   const auto& linear = linear_from_srgb8();
   const glm::dvec2 last(level.width - 1.0, level.height - 1.0);
@@ -106,27 +104,22 @@ glm::dvec3 cubic_color(const ImageLevel& level, const glm::dvec2& position, doub
 }
 
 // `position` is in pixels of the finest level; `cubic`: how many levels are sampled so.
-Sample sample_level(const std::vector<ImageLevel>& levels, const glm::dvec2& position, double footprint,
-                    std::size_t level, std::size_t cubic) {
+glm::dvec3 color_of_level(const std::vector<ImageLevel>& levels, const glm::dvec2& position, double footprint,
+                          std::size_t level, std::size_t cubic) {
   const double unit = std::exp2(static_cast<double>(level));
   const glm::dvec2 here = position / unit;
-  Sample sample = bilinear(levels[level], here);
-  if (level < cubic) sample.color = cubic_color(levels[level], here, footprint / unit);
-  return sample;
+  return level < cubic ? cubic_color(levels[level], here, footprint / unit) : bilinear(levels[level], here).color;
 }
 
 // Between the two levels whose texels are next to the footprint: how many pixels one of the picture's covers.
-Sample filtered(const std::vector<ImageLevel>& levels, const glm::dvec2& image, double footprint, std::size_t cubic) {
+glm::dvec3 filtered(const std::vector<ImageLevel>& levels, const glm::dvec2& image, double footprint,
+                    std::size_t cubic) {
   const double level =
       std::clamp(std::log2(std::max(footprint / kSharpFootprint, 1.0)), 0.0, static_cast<double>(levels.size() - 1));
   const auto fine = static_cast<std::size_t>(level);
   const double share = level - std::floor(level);
-  Sample sample = sample_level(levels, image, footprint, fine, cubic);
-  if (!(share > 0)) return sample;
-  const Sample coarse = sample_level(levels, image, footprint, fine + 1, cubic);
-  sample.color = glm::mix(sample.color, coarse.color, share);
-  sample.validity = glm::mix(sample.validity, coarse.validity, share);
-  return sample;
+  const glm::dvec3 color = color_of_level(levels, image, footprint, fine, cubic);
+  return share > 0 ? glm::mix(color, color_of_level(levels, image, footprint, fine + 1, cubic), share) : color;
 }
 
 struct SurfacePoint {
@@ -135,36 +128,45 @@ struct SurfacePoint {
   double deviation = 0;  // the surface's, see Snapshot::cell_deviation
 };
 
+// The share of a view that is left at a point, see BlendOptions; `cam` and `image`: the point in that view.
+double share_left(const Source& source, std::uint32_t slot, const glm::dvec3& world, const glm::dvec3& cam,
+                  const glm::dvec2& image, const Camera& novel, const BlendOptions& options) {
+  const Camera& camera = source.snapshot.views[slot]->camera;
+  const TileTable& tiles = source.snapshot.tiles;
+  const glm::dvec2 size(camera.width, camera.height);
+  if (!(image.x >= 0 && image.y >= 0 && image.x < size.x && image.y < size.y)) return 0;
+  if (!tiles.whole_views() && !tiles.resident(slot, camera, image.x, image.y)) return 0;
+  const auto x = static_cast<std::size_t>(image.x), y = static_cast<std::size_t>(image.y);
+  const BlockPixel& shown = source.depths[slot][y * camera.width + x];
+  if (cam.z * shown.reciprocal > 1 + options.occlusion_tolerance) return 0;
+  const ImageLevel& mask = source.levels[slot].front();
+  const double here = mask.rgba[4 * (y * mask.width + x) + 3] / 255.0;
+  if (!(here > 0)) return 0;
+  // Beside a rim lie invalid pixels of the surface behind it. Neither side takes anything from the other.
+  const double valid =
+      shown.at_rim ? here * rim_share(world, novel.center(), camera.center(), options) : bilinear(mask, image).validity;
+  return valid * frame_share(image, size, cam.z > source.before_far ? kFarFrameFade : options.frame_fade);
+}
+
 WeightedColor color_in_view(const Source& source, std::uint32_t slot, const SurfacePoint& point, const Camera& novel,
                             const BlendOptions& options) {
   const auto& [world, z, deviation] = point;
   const Snapshot& snapshot = source.snapshot;
-  const StoredView& view = *snapshot.views[slot];
-  const double weight = geometric_weight(world, novel.center(), view.camera.center(), options);
-  const glm::dvec3 cam = view.camera.cam_from_world(world);
+  const Camera& camera = snapshot.views[slot]->camera;
+  const glm::dvec3 cam = camera.cam_from_world(world);
   if (cam.z <= 0) return {};
-  const glm::dvec2 image = view.camera.image_from_cam(cam);
-  const glm::dvec2 size(view.camera.width, view.camera.height);
-  if (!(image.x >= 0 && image.y >= 0 && image.x < size.x && image.y < size.y)) return {};
-  if (!snapshot.tiles.whole_views() && !snapshot.tiles.resident(slot, view.camera, image.x, image.y)) return {};
-  const std::size_t pixel = static_cast<std::size_t>(image.y) * view.camera.width + static_cast<std::size_t>(image.x);
-  const BlockPixel& shown = source.depths[slot][pixel];
-  if (cam.z * shown.reciprocal > 1 + options.occlusion_tolerance) return {};
-  const double footprint = options.prefilter ? z * view.camera.fx / (options.supersample * novel.fx * cam.z) : 1;
+  const glm::dvec2 image = camera.image_from_cam(cam);
+  const double left = share_left(source, slot, world, cam, image, novel, options);
+  if (!(left > 0)) return {};
+  const double footprint = options.prefilter ? z * camera.fx / (options.supersample * novel.fx * cam.z) : 1;
   const bool sharp = options.sampling == BlendOptions::Sampling::cubic;
   const std::size_t cubic = sharp ? cubic_levels(snapshot.tiles.options) : 0;
-  Sample sample = filtered(source.levels[slot], image, footprint, cubic);
-  const double blur = blur_of(options.soften ? deviation : 0, novel.center() - world, view.camera.center() - world,
-                              view.camera.fx, cam.z);
-  if (blur > 0) {
-    sample.color = filtered(source.levels[slot], image, blurred_footprint(footprint, blur), cubic).color;
-  }
-  const double share = shown.at_rim ? rim_share(world, novel.center(), view.camera.center(), options) : 1;
-  const double valid = sample.validity * share;
-  const double fade = cam.z > source.before_far ? kFarFrameFade : options.frame_fade;
-  const double in_frame = weight_in_frame(weight, frame_share(image, size, fade));
-  const glm::dvec3 gain = shown_gain(snapshot.gains[slot], sample.color, source.exposure);
-  return {in_frame * valid, gain * sample.color, valid > 0};
+  const double blur =
+      blur_of(options.soften ? deviation : 0, novel.center() - world, camera.center() - world, camera.fx, cam.z);
+  const glm::dvec3 color =
+      filtered(source.levels[slot], image, blur > 0 ? blurred_footprint(footprint, blur) : footprint, cubic);
+  const double weight = geometric_weight(world, novel.center(), camera.center(), options);
+  return {faded_weight(weight, left), shown_gain(snapshot.gains[slot], color, source.exposure) * color, true};
 }
 
 // Returns the share of a view with this weight in a pixel, up to a factor that all views have in common.

@@ -79,7 +79,7 @@ std::string shared_definitions() {
   return definition("SHARP_FOOTPRINT", constant(kSharpFootprint)) +
          definition("BLUR_OF_SHIFT", constant(kBlurOfShift)) + definition("SHARP_SHIFT", constant(kSharpShift)) +
          definition("MOST_SHIFT", constant(kMostShift)) + definition("LEAST_PENALTY", constant(kLeastPenalty)) +
-         definition("FRAME_PENALTY", constant(kFramePenalty)) + definition("LEAST_IN_FRAME", constant(kLeastInFrame)) +
+         definition("FADE_PENALTY", constant(kFadePenalty)) + definition("LEAST_FADED", constant(kLeastFaded)) +
          definition("FAR_FRAME_FADE", constant(kFarFrameFade)) + definition("CLIPPED_FROM", constant(kClippedFrom)) +
          definition("SILHOUETTE_BEND", constant(kSilhouetteBend)) +
          definition("RIM_NEAR_COSINE", constant(std::cos(glm::radians(kRimNearDegrees)))) +

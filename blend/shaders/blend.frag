@@ -78,28 +78,27 @@ bool may_win(uint reference, uint of_cells, vec3 world, vec3 to_novel, float o) 
   return geometric_weight(to_novel, o, to_stored) > least_weight(among);
 }
 
-void look_at(uint reference, uint of_cells, vec3 world, float z, vec3 to_novel, float o) {
+void look_at(uint reference, uint of_cells, vec3 world, vec3 to_novel, float o) {
   uint view = slot_of(reference);
   vec4 stored = view_texel(view, 3u);
   bool rim;
-  float frame;
   float weight = geometric_weight(to_novel, o, stored.xyz - world);
-  float valid = validity(view, world - stored.xyz, z, stored.w, rim, frame);
-  if (rim) valid *= rim_share(to_novel, o, stored.xyz - world);
-  rank_view(view, weight_in_frame(weight, frame) * valid, cells_of(reference) & of_cells);
+  float left = share_left(view, world - stored.xyz, stored.w, rim);
+  if (rim) left *= rim_share(to_novel, o, stored.xyz - world);
+  rank_view(view, faded_weight(weight, left), cells_of(reference) & of_cells);
 }
 
 // The best views of each of the cells; those that cannot win are not looked at. A renderer in software takes both sides
 // of a branch, for several pixels at once, and only a loop ends when all of them are done. So each pixel goes on by
 // itself, in a loop of its own, to the next view that is worth looking at. Only the number of its reference leaves that
 // loop: where the view and its weight were carried out as well, Mesa 22 drew wrong pictures.
-void find_views(uvec2 range, uint of_cells, vec3 world, float z) {
+void find_views(uvec2 range, uint of_cells, vec3 world) {
   vec3 to_novel = center.xyz - world;
   float o = length(to_novel);
   if (range.x == range.y) return;
   uint next = range.x;
   do {
-    look_at(entry(references, next).x, of_cells, world, z, to_novel, o);
+    look_at(entry(references, next).x, of_cells, world, to_novel, o);
     do {
       ++next;
     } while (next < range.y && !may_win(entry(references, next).x, of_cells, world, to_novel, o));
@@ -156,7 +155,7 @@ bool blend_views(uvec2 range, vec4 shares, vec3 world, float z, float deviation,
     if (shares[cell] > 0.0) of_cells |= 1u << cell;
   }
   forget_views();
-  find_views(range, of_cells, world, z);
+  find_views(range, of_cells, world);
   float total = count_views(shares);
   color = vec3(0.0);
   if (!(total > 0.0)) return false;

@@ -56,11 +56,10 @@ void main() {
     uint view = slot_of(entry(references, i).x);
     vec4 stored = view_texel(view, 3u);
     bool rim;
-    float frame;
-    float valid = validity(view, world - stored.xyz, surface.z, stored.w, rim, frame);
-    if (rim) valid *= rim_share(to_novel, o, stored.xyz - world);
-    if (valid > 0.0) ++valid_views;
-    float weight = valid * weight_in_frame(geometric_weight(to_novel, o, stored.xyz - world), frame);
+    float left = share_left(view, world - stored.xyz, stored.w, rim);
+    if (rim) left *= rim_share(to_novel, o, stored.xyz - world);
+    if (left > 0.0) ++valid_views;
+    float weight = faded_weight(geometric_weight(to_novel, o, stored.xyz - world), left);
     if (weight > ranked[0]) winner = view;
     rank_weight(weight);
   }

@@ -85,24 +85,26 @@ float frame_share(vec2 image, vec2 size, float depth) {
   return share.x * share.y;
 }
 
-// Returns in [0, 1] whether a stored view shows a point that lies `away` from its centre, without the factors at rims
-// and in the band along the photograph's border. Its depths are shares of `depth_scale`. If the result is above 0,
-// `rim` says whether the point is at a rim, and `frame` which share is left of the photograph.
-float validity(uint view, vec3 away, float z, float depth_scale, out bool rim, out float frame) {
+// Returns the share that is left of a stored view at a point that lies `away` from its centre, in [0, 1], without the
+// factor at rims. Its depths are shares of `depth_scale`. If the result is above 0, `rim` says whether the point is at
+// a rim.
+float share_left(uint view, vec3 away, float depth_scale, out bool rim) {
   vec2 image;
   float depth;
   vec4 size = view_texel(view, 4u);
   rim = false;
-  frame = 0.0;
   if (!image_in(view, away, image, depth)) return 0.0;
   if (any(lessThan(image, vec2(0.0))) || any(greaterThanEqual(image, size.xy))) return 0.0;
   vec3 texel;
   ivec3 pixel;
   if (!locate(size, image, texel, pixel)) return 0.0;
   if (depth * reciprocal_at(pixel, rim) > depth_scale * weights.y) return 0.0;
-  frame = frame_share(image, size.xy, depth);
-  float level = sampling.z != 0 ? level_of(footprint_of(view_texel(view, 2u).w, z, depth)) : 0.0;
-  return textureLod(photographs, vec3(texel.xy / vec2(textureSize(photographs, 0).xy), texel.z), level).a;
+  float valid = texelFetch(photographs, ivec3(texel), 0).a;
+  if (!(valid > 0.0)) return 0.0;
+  // Beside a rim lie invalid pixels of the surface behind it. Neither side takes anything from the other. Masks are
+  // sampled at the finest level: they rise over several pixels.
+  if (!rim) valid = textureLod(photographs, vec3(texel.xy / vec2(textureSize(photographs, 0).xy), texel.z), 0.0).a;
+  return valid * frame_share(image, size.xy, depth);
 }
 
 // Returns the weights of four pixels in a row, see cubic_kernel.h.

@@ -20,13 +20,12 @@ float rim_share(vec3 to_novel, float o, vec3 to_stored) {
   return smoothstep(RIM_FAR_COSINE, RIM_NEAR_COSINE, dot(to_novel, to_stored) / (o * i));
 }
 
-// The weight of a view where `frame` is the share that is left of its photograph: see blend/geometric_weight.h. Never
-// more than `weight`.
-float weight_in_frame(float weight, float frame) {
-  if (!(frame < 1.0)) return weight;
-  if (!(frame > 0.0)) return 0.0;
-  float penalty = (1.0 - weight + FRAME_PENALTY * (1.0 - frame)) / frame;
-  return max(1.0 - penalty, LEAST_IN_FRAME * frame * weight);
+// The weight of a view where the share `left` of it is left: see blend/geometric_weight.h. Never more than `weight`.
+float faded_weight(float weight, float left) {
+  if (!(left < 1.0)) return weight;
+  if (!(left > 0.0)) return 0.0;
+  float penalty = (1.0 - weight + FADE_PENALTY * (1.0 - left)) / left;
+  return max(1.0 - penalty, LEAST_FADED * left * weight);
 }
 
 float per_penalty(float value, float weight) {

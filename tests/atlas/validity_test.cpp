@@ -124,7 +124,7 @@ TEST_CASE("pixels outside of the lens's image are invalid") {
   const auto mask = validity_mask(photograph, flat_depth(photograph, 3), kAllTrusted, without_fade());
   CHECK(row_of(mask, photograph, 1) == std::vector<std::uint8_t>{0, 255, 255, 255, 255, 255, 0});
   const auto faded = validity_mask(photograph, flat_depth(photograph, 3), kAllTrusted, {0.05, 2, 1});
-  CHECK(row_of(faded, photograph, 1) == std::vector<std::uint8_t>{0, 128, 255, 255, 255, 128, 0});
+  CHECK(row_of(faded, photograph, 1) == std::vector<std::uint8_t>{0, 1, 255, 255, 255, 1, 0});
 }
 
 TEST_CASE("without a fade the image's border is wholly valid") {
@@ -133,20 +133,19 @@ TEST_CASE("without a fade the image's border is wholly valid") {
         std::vector<std::uint8_t>(20, 255));
 }
 
-TEST_CASE("the fade rises in equal steps from the image's border") {
+TEST_CASE("the fade rises in equal steps from next to nothing at the image's border") {
   const Photograph photograph = grey(11, 11);
   const auto mask = validity_mask(photograph, flat_depth(photograph, 3), kAllTrusted, {0.05, 2, 4});
-  CHECK(row_of(mask, photograph, 5) == std::vector<std::uint8_t>{51, 102, 153, 204, 255, 255, 255, 204, 153, 102, 51});
-  CHECK(row_of(mask, photograph, 0) == std::vector<std::uint8_t>(11, 51));
+  CHECK(row_of(mask, photograph, 5) == std::vector<std::uint8_t>{1, 64, 128, 191, 255, 255, 255, 191, 128, 64, 1});
+  CHECK(row_of(mask, photograph, 0) == std::vector<std::uint8_t>(11, 1));
 }
 
 TEST_CASE("the farther side fades in beyond the edge's radius, the nearer one is whole up to its rim") {
   const Photograph photograph = grey(24, 20);
   const auto mask = validity_mask(photograph, step_depth(photograph, 10, 1, 2), kAllTrusted, {0.05, 2, 3});
-  CHECK(row_of(mask, photograph, 9) == std::vector<std::uint8_t>{64,  128, 191, 255, 255, 255, 255, 255,
-                                                                 255, 255, 0,   0,   64,  128, 191, 255,
-                                                                 255, 255, 255, 255, 255, 191, 128, 64});
-  CHECK(row_of(mask, photograph, 0)[12] == 64);  // the border's fade, no product of the two
+  CHECK(row_of(mask, photograph, 9) == std::vector<std::uint8_t>{1, 85, 170, 255, 255, 255, 255, 255, 255, 255, 0,  0,
+                                                                 1, 85, 170, 255, 255, 255, 255, 255, 255, 170, 85, 1});
+  CHECK(row_of(mask, photograph, 1)[13] == 85);  // the border's fade, no product of the two
 }
 
 TEST_CASE("the fade goes by Euclidean distance") {
@@ -156,8 +155,8 @@ TEST_CASE("the fade goes by Euclidean distance") {
   const auto mask = validity_mask(photograph, flat_depth(photograph, 3), kAllTrusted, {0.05, 2, 9});
   const auto at = [&](std::size_t dx, std::size_t dy) { return mask[31 * (15 + dy) + 15 + dx]; };
   CHECK(at(3, 4) == at(5, 0));
-  CHECK(at(4, 3) == 128);  // 5 of 10
-  CHECK(at(2, 2) == std::lround(255 * std::sqrt(8.0) / 10));
+  CHECK(at(4, 3) == 113);  // 4 of 9
+  CHECK(at(2, 2) == std::lround(255 * (std::sqrt(8.0) - 1) / 9));
   for (std::size_t distance = 1; distance <= 6; ++distance) {  // beyond, the image's border is nearer
     CHECK(at(distance, 0) > at(distance - 1, 0));
     CHECK(at(distance, 0) == at(0, distance));
@@ -234,7 +233,9 @@ struct Definition {
         if (fades(z, u, v)) nearest = std::min(nearest, std::hypot(u - x, v - y));
       }
     }
-    return static_cast<std::uint8_t>(std::lround(255 * nearest / reach));
+    if (nearest == 0) return 0;
+    if (options.fade_px == 0) return 255;
+    return static_cast<std::uint8_t>(std::clamp(std::round(255 * (nearest - 1) / options.fade_px), 1.0, 255.0));
   }
 };
 

@@ -7,6 +7,7 @@
 #include <glm/glm.hpp>
 #include <memory>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "blend/geometric_weight.h"
@@ -43,7 +44,8 @@ Photograph flat_photograph(const Camera& camera, std::uint32_t number) {
 
 // Views of a wall. Those of the ranks `ending` have their right border at x = 0 on the wall; the others are wider than
 // the picture.
-Snapshot wall_with_ends(const EndPlaces& places, const std::vector<std::size_t>& ending) {
+Snapshot wall_with_ends(const EndPlaces& places, const std::vector<std::size_t>& ending,
+                        const ValidityOptions& validity = {}) {
   const auto surface = std::make_shared<Surface>();
   add_wall(surface->mesh, 1, 1, 80, kEndsDepth);
   surface->cells = measure_cells(surface->mesh, {0, 0}, 80);
@@ -54,8 +56,8 @@ Snapshot wall_with_ends(const EndPlaces& places, const std::vector<std::size_t>&
     camera.fx = camera.fy = 100;
     const bool ends = std::find(ending.begin(), ending.end(), rank) != ending.end();
     if (ends) camera.cx = camera.width + camera.fx * places.aside[rank] / kEndsDepth;
-    slots.push_back(
-        atlas.insert(traced_view(*surface, "", camera, flat_photograph(camera, static_cast<std::uint32_t>(rank)))));
+    slots.push_back(atlas.insert(
+        traced_view(*surface, "", camera, flat_photograph(camera, static_cast<std::uint32_t>(rank)), validity)));
   }
   atlas.set_references(0, slots);
   return atlas.snapshot();
@@ -67,6 +69,13 @@ Camera row_camera() {
   camera.fx = camera.fy = 60000;
   return camera;
 }
+
+// Masks without a fade.
+const ValidityOptions kInAStep = [] {
+  ValidityOptions options;
+  options.fade_px = 0;
+  return options;
+}();
 
 using DrawRow = std::function<Rendering(const Snapshot&, const BlendOptions&)>;
 
@@ -101,7 +110,7 @@ void check_ends(const EndPlaces& places, const std::vector<std::size_t>& ending,
     BlendOptions in_a_line = options;
     in_a_line.frame_fade = 0;
     const bool counts = ending.front() <= options.views;  // is blended, or the next best one
-    const int step = step_of_row(render(snapshot, in_a_line));
+    const int step = step_of_row(render(wall_with_ends(places, ending, kInAStep), in_a_line));
     // Alone, the first view leaves no part to views that end.
     const bool alone = consistent && places.aside.front() == 0 && ending.front() > 0;
     if (counts && !alone) CHECK(step >= kLine);
@@ -126,6 +135,80 @@ TEST_CASE("where a view of any rank ends, the picture is continuous") {
   check_all_ends([&](const Snapshot& snapshot, const BlendOptions& options) {
     renderer.load(snapshot);
     return renderer.render(row_camera(), options);
+  });
+}
+
+// What ends a view within its photograph: a lens mask, or a pole between its camera and the wall.
+enum class InnerEnd { lens_mask, pole };
+
+constexpr double kPoleDepth = 2;
+constexpr double kPoleWidth = 0.2;
+constexpr std::size_t kEndingView = 0;  // the best one
+
+// A wall on whose part right of x = 0 the best view does not show. The row does not see the pole.
+Snapshot wall_with_inner_end(InnerEnd end, const ValidityOptions& validity) {
+  const double aside = kAside.aside[kEndingView];
+  const auto surface = std::make_shared<Surface>();
+  add_wall(surface->mesh, 1, 1, 80, kEndsDepth);
+  if (end == InnerEnd::pole) {
+    const double left = aside * (1 - kPoleDepth / kEndsDepth);
+    const auto first = static_cast<std::uint32_t>(surface->mesh.positions.size());
+    for (const double x : {left, left + kPoleWidth}) {
+      for (const double y : {-9.0, 9.0}) surface->mesh.positions.emplace_back(x, y, kPoleDepth);
+    }
+    surface->mesh.faces.emplace_back(first, first + 1, first + 2);
+    surface->mesh.faces.emplace_back(first + 2, first + 1, first + 3);
+  }
+  surface->cells = measure_cells(surface->mesh, std::vector<std::uint32_t>(surface->mesh.faces.size(), 0), 80);
+  Atlas atlas(surface, static_cast<std::uint32_t>(kAside.aside.size()));
+  std::vector<std::uint32_t> slots;
+  for (std::size_t rank = 0; rank < kAside.aside.size(); ++rank) {
+    Camera camera = forward_camera(400, 200, {kAside.aside[rank], 0, 0});
+    camera.fx = camera.fy = 100;
+    Photograph photograph = flat_photograph(camera, static_cast<std::uint32_t>(rank));
+    if (end == InnerEnd::lens_mask && rank == kEndingView) {
+      const double column_of_end = camera.cx - camera.fx * aside / kEndsDepth;
+      for (std::uint32_t pixel = 0; pixel < camera.width * camera.height; ++pixel) {
+        photograph.valid.push_back(pixel % camera.width < column_of_end ? 255 : 0);
+      }
+    }
+    slots.push_back(atlas.insert(traced_view(*surface, "", camera, std::move(photograph), validity)));
+  }
+  atlas.set_references(0, slots);
+  return atlas.snapshot();
+}
+
+// Sees 12 pixels of the stored views on the wall, of which the band of `fade_px` takes four.
+Camera wide_row_camera() {
+  Camera camera = row_camera();
+  camera.fx = camera.fy = kRowColumns * kEndsDepth / (12 * 0.04);
+  return camera;
+}
+
+using DrawPicture = std::function<Rendering(const Snapshot&, const Camera&)>;
+
+void check_inner_ends(const DrawPicture& render) {
+  for (const InnerEnd end : {InnerEnd::lens_mask, InnerEnd::pole}) {
+    CAPTURE(static_cast<int>(end));
+    const Rendering faded = render(wall_with_inner_end(end, {}), wide_row_camera());
+    CHECK(std::count(faded.state.begin(), faded.state.end(), PixelState::textured) == kRowColumns);
+    // The best view's colour at the left, at the right one without it.
+    REQUIRE(std::abs(faded.picture.rgb[2] - faded.picture.rgb[3 * kRowColumns - 1]) > 20);
+    CHECK(step_of_row(faded) <= kLargestStep);
+    CHECK(step_of_row(render(wall_with_inner_end(end, kInAStep), wide_row_camera())) >= kLine);
+  }
+}
+
+TEST_CASE("where a view ends at a lens mask or behind something, the picture is continuous") {
+  check_inner_ends([](const Snapshot& snapshot, const Camera& camera) {
+    return render_reference(snapshot, camera, *make_ray_visibility(snapshot.surface->mesh), {});
+  });
+  const std::optional<EglContext> context = context_or_skip();
+  if (!context) return;
+  Renderer renderer;
+  check_inner_ends([&](const Snapshot& snapshot, const Camera& camera) {
+    renderer.load(snapshot);
+    return renderer.render(camera, {});
   });
 }
 
@@ -164,16 +247,16 @@ TEST_CASE("the share of a photograph rises from 0 at its border to 1 at the band
   CHECK(share(0, 0) == 1);
 }
 
-TEST_CASE("a view's weight rises with the share that is left of its photograph, from 0 to the weight") {
+TEST_CASE("a view's weight rises with the share that is left of it, from 0 to the weight") {
   for (const double weight : {0.0, 1e-6, 0.3, 0.9, 1.0}) {
-    CHECK(weight_in_frame(weight, 0) == 0);
-    CHECK(weight_in_frame(weight, 1) == weight);
+    CHECK(faded_weight(weight, 0) == 0);
+    CHECK(faded_weight(weight, 1) == weight);
     double before = 0;
     for (int step = 1; step <= 1000; ++step) {
-      const double here = weight_in_frame(weight, step / 1000.0);
+      const double here = faded_weight(weight, step / 1000.0);
       CHECK(here <= weight);
       CHECK((weight == 0 ? here == 0 : here > before));
-      CHECK(here - before < 0.12);  // continuous: steepest where the weight is 1, by 1 / kFramePenalty a unit
+      CHECK(here - before < 0.12);  // continuous: steepest where the weight is 1, by 1 / kFadePenalty a unit
       before = here;
     }
   }

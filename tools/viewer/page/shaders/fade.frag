@@ -16,7 +16,7 @@ uniform float least_cosine;  // between the directions to the two cameras, from 
 layout(location = 0) out vec4 color;
 
 // In [0, 1]; most pixels are done with the first view.
-float nearness(uvec2 range, vec3 world, float z) {
+float nearness(uvec2 range, vec3 world) {
   vec3 to_novel = normalize(center.xyz - world);
   float best = 0.0;
   for (uint i = range.x; i < range.y && best < 1.0; ++i) {
@@ -25,8 +25,7 @@ float nearness(uvec2 range, vec3 world, float z) {
     float near = smoothstep(0.0, least_cosine, dot(to_novel, normalize(stored.xyz - world)));
     if (near <= best) continue;
     bool rim;
-    float frame;
-    if (validity(view, world - stored.xyz, z, stored.w, rim, frame) > 0.0) best = near;
+    if (share_left(view, world - stored.xyz, stored.w, rim) > 0.0) best = near;
   }
   return best;
 }
@@ -37,5 +36,5 @@ void main() {
   Surface surface = surface_of(texel);
   vec3 world = world_of(gl_FragCoord.xy, surface.z);
   color = vec4(srgb_from_linear(exposure.rgb * surface.fallback),
-               1.0 - nearness(entry(zones, surface.zone).xy, world, surface.z));
+               1.0 - nearness(entry(zones, surface.zone).xy, world));
 }

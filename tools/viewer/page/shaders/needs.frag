@@ -56,7 +56,7 @@ void main() {
       uint view = entry(references, i).x & 0x0FFFFFFFu;
       vec3 to_stored = view_texel(view, 3u).xyz - world;
       float weight = geometric_weight(to_novel, length(to_novel), to_stored);
-      rank_view(view, weight_in_frame(weight, frame_at(view, -to_stored)));
+      rank_view(view, faded_weight(weight, frame_at(view, -to_stored)));
     }
   }
   needed = uvec4(view_of[0] | view_of[1] << 16, view_of[2] | view_of[3] << 16, view_of[4] | view_of[5] << 16,
