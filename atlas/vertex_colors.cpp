@@ -37,9 +37,10 @@ void add_sample(const StoredView& view, const glm::dvec3& world, std::uint32_t v
   const glm::dvec2 image = view.camera.image_from_cam(cam);
   if (!(image.x >= 0 && image.y >= 0 && image.x < view.camera.width && image.y < view.camera.height)) return;
   const std::size_t pixel = static_cast<std::size_t>(image.y) * view.camera.width + static_cast<std::size_t>(image.x);
-  if (cam.z > view.depth[pixel] * (1 + kOcclusionTolerance) || view.validity[pixel] == 0) return;
-  const std::uint8_t* const rgb = &view.photograph.rgb[3 * pixel];
-  samples.push_back({vertex & 0x7fffffffu, view.at_rim(pixel) ? 1u : 0u, rgb[0], rgb[1], rgb[2], view.validity[pixel]});
+  if (cam.z > view.mask->depth[pixel] * (1 + kOcclusionTolerance) || view.mask->validity[pixel] == 0) return;
+  const std::uint8_t* const rgb = &view.photograph->rgb[3 * pixel];
+  samples.push_back(
+      {vertex & 0x7fffffffu, view.mask->at_rim(pixel) ? 1u : 0u, rgb[0], rgb[1], rgb[2], view.mask->validity[pixel]});
 }
 
 // In ascending order of the vertices.

@@ -21,10 +21,10 @@ constexpr double kSamePlace = 0.01;
 constexpr std::size_t kDepthSamples = 1024;
 
 std::vector<double> sparse_depths(const StoredView& view, float below) {
-  const std::size_t stride = (view.depth.size() / kDepthSamples) | 1;
+  const std::size_t stride = (view.mask->depth.size() / kDepthSamples) | 1;
   std::vector<double> depths;
-  for (std::size_t pixel = 0; pixel < view.depth.size(); pixel += stride) {
-    if (view.depth[pixel] < below) depths.push_back(view.depth[pixel]);
+  for (std::size_t pixel = 0; pixel < view.mask->depth.size(); pixel += stride) {
+    if (view.mask->depth[pixel] < below) depths.push_back(view.mask->depth[pixel]);
   }
   return depths;
 }

@@ -25,8 +25,8 @@ ImageLevel finest(const StoredView& view, const ImageRect& rect) {
     for (std::uint32_t column = 0; column < rect.width; ++column, texel += 4) {
       const std::int64_t x = std::clamp<std::int64_t>(rect.x + column, 0, last_x);
       const auto pixel = static_cast<std::size_t>(y * view.camera.width + x);
-      std::copy_n(&view.photograph.rgb[3 * pixel], 3, texel);
-      texel[3] = view.validity[pixel];
+      std::copy_n(&view.photograph->rgb[3 * pixel], 3, texel);
+      texel[3] = view.mask->validity[pixel];
     }
   }
   return level;
@@ -85,10 +85,10 @@ std::vector<ImageLevel> image_levels(const StoredView& view, const ImageRect& re
                                 " pixels does not have " + std::to_string(levels) + " levels");
   }
   check(view.camera);
-  require_photograph_of(view.name, view.camera, view.photograph);
-  if (view.validity.size() != view.photograph.rgb.size() / 3) {
+  require_photograph_of(view.name, view.camera, *view.photograph);
+  if (view.mask->validity.size() != view.photograph->rgb.size() / 3) {
     throw std::invalid_argument("image levels: view " + view.name + ": validity has " +
-                                std::to_string(view.validity.size()) + " values, must have one per pixel");
+                                std::to_string(view.mask->validity.size()) + " values, must have one per pixel");
   }
   std::vector<ImageLevel> result{finest(view, rect)};
   while (result.size() < levels) result.push_back(coarser(result.back()));

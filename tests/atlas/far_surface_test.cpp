@@ -114,8 +114,8 @@ TEST_CASE("a model file holds the far sphere where other programs do not show it
   CHECK(read.references.views == written.references.views);
   REQUIRE(read.views.size() == written.views.size());
   for (std::size_t slot = 0; slot < read.views.size(); ++slot) {
-    CHECK(read.views[slot]->depth == written.views[slot]->depth);
-    CHECK(read.views[slot]->validity == written.views[slot]->validity);
+    CHECK(read.views[slot]->mask->depth == written.views[slot]->mask->depth);
+    CHECK(read.views[slot]->mask->validity == written.views[slot]->mask->validity);
   }
   const json scene = scene_of(folder.path());
   CHECK(scene["meshes"].size() == 2);

@@ -18,6 +18,7 @@
 #include "atlas/vertex_colors.h"
 #include "mesh/visibility/visibility.h"
 #include "tests/support/small_scenes.h"
+#include "tests/support/view_parts.h"
 #include "tests/support/wall_scenes.h"
 
 namespace lumatlas {
@@ -353,7 +354,7 @@ TEST_CASE("each rule of a snapshot is checked by name") {
   refused(
       [](Snapshot& s) {
         auto view = std::make_shared<StoredView>(*s.views[0]);
-        view->photograph.rgb.pop_back();
+        own_photograph(*view).rgb.pop_back();
         s.views[0] = view;
       },
       "view a.jpg: photograph.rgb has 1151 values, must have 1152 for its camera's image");

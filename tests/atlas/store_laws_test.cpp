@@ -326,8 +326,8 @@ TEST_CASE("a snapshot costs what has changed: where a vertex moved, samples of t
 
 // Returns the bytes of a view in memory.
 std::size_t bytes_of(const StoredView& view) {
-  return view.photograph.rgb.size() + view.photograph.valid.size() + sizeof(float) * view.depth.size() +
-         view.trust.size() + view.validity.size() + view.rim.size();
+  return view.photograph->rgb.size() + view.photograph->valid.size() + sizeof(float) * view.mask->depth.size() +
+         view.mask->trust.size() + view.mask->validity.size() + view.mask->rim.size();
 }
 
 TEST_CASE("memory follows resident tiles", "[!shouldfail]") {

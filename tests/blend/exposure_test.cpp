@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The laws of a picture's exposure, on stored views of which only pose, depth and gain matter.
 #include "blend/exposure.h"
+#include "tests/support/view_parts.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -33,7 +34,7 @@ Snapshot snapshot_of(const std::vector<PosedGain>& views, float D) {
   for (const PosedGain& view : views) {
     StoredView stored;
     stored.camera = view.camera;
-    stored.depth.assign(std::size_t{view.camera.width} * view.camera.height, D);
+    own_mask(stored).depth.assign(std::size_t{view.camera.width} * view.camera.height, D);
     snapshot.views.push_back(std::make_shared<const StoredView>(std::move(stored)));
     snapshot.gains.push_back(view.gain);
   }
@@ -150,7 +151,7 @@ TEST_CASE("pixels without a surface do not count as depth, and without any surfa
   const auto clear = [&](std::size_t first, std::size_t count) {
     for (auto& view : snapshot.views) {
       StoredView changed = *view;
-      std::fill_n(changed.depth.begin() + static_cast<std::ptrdiff_t>(first), count,
+      std::fill_n(own_mask(changed).depth.begin() + static_cast<std::ptrdiff_t>(first), count,
                   std::numeric_limits<float>::infinity());
       view = std::make_shared<const StoredView>(std::move(changed));
     }

@@ -9,6 +9,7 @@
 #include "blend/renderer.h"
 #include "tests/support/gl_test_context.h"
 #include "tests/support/small_scenes.h"
+#include "tests/support/view_parts.h"
 
 namespace lumatlas {
 namespace {
@@ -93,7 +94,7 @@ TEST_CASE("a new pose, or new depths, upload no photograph") {
   (void)followed.show();
   CHECK(followed.is_exact());
   followed.change_view([](StoredView& view) {
-    for (float& depth : view.depth) depth *= 1.01F;
+    for (float& depth : own_mask(view).depth) depth *= 1.01F;
   });
   const RendererWork of_depths = followed.show();
   CHECK(of_depths.color_bytes == 0);
@@ -106,7 +107,7 @@ TEST_CASE("what is in a slot again is known by its bytes") {
   if (!context) return;
   Followed followed(kTiles);
   followed.change_view([](StoredView& view) {
-    for (std::uint8_t& value : view.photograph.rgb) value ^= 1;
+    for (std::uint8_t& value : own_photograph(view).rgb) value ^= 1;
   });
   CHECK(followed.show().color_bytes > 0);
   followed.change_view([](StoredView& view) { view.name = "the same photograph"; });
@@ -124,7 +125,8 @@ TEST_CASE("a new mask uploads masks and no photograph", "[!shouldfail]") {
   }
   Followed followed(kTiles);
   followed.change_view([](StoredView& view) {
-    for (std::size_t pixel = 0; pixel < view.validity.size(); pixel += 2) view.validity[pixel] /= 2;
+    ViewMask& mask = own_mask(view);
+    for (std::size_t pixel = 0; pixel < mask.validity.size(); pixel += 2) mask.validity[pixel] /= 2;
   });
   CHECK(followed.show().color_bytes == 0);
 }

@@ -403,9 +403,11 @@ void SiteWriter::note_view_version(std::size_t slot) {
   if (before == known.view || !known.view) return;
   const StoredView& now = *known.view;
   // Scaled photographs are means over what is valid.
-  const bool same = facts_.scale == 1 && before && before->photograph.rgb == now.photograph.rgb;
+  const bool same = facts_.scale == 1 && before &&
+                    (before->photograph == now.photograph || before->photograph->rgb == now.photograph->rgb);
   if (!same) known.photograph = history_->version;
-  if (!same || before->validity != now.validity || before->rim != now.rim) known.mask = history_->version;
+  if (!same || before->mask->validity != now.mask->validity || before->mask->rim != now.mask->rim)
+    known.mask = history_->version;
 }
 
 std::vector<std::string> SiteWriter::write_version() {

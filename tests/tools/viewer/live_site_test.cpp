@@ -18,6 +18,7 @@
 #include <utility>
 
 #include "tests/support/small_scenes.h"
+#include "tests/support/view_parts.h"
 
 namespace lumatlas {
 namespace {
@@ -106,7 +107,7 @@ TEST_CASE("what did not change keeps its name, and what no version needs any mor
   const json first = running.read("scene.json");
   Snapshot moved = room(5);  // made anew: only what follows differs
   auto other = std::make_shared<StoredView>(*moved.views[1]);
-  other->photograph.rgb[0] ^= 1;
+  own_photograph(*other).rgb[0] ^= 1;
   moved.views[1] = other;
   site.update(moved, false);
   const json second = running.read("scene.json");
