@@ -103,10 +103,11 @@ class Atlas {
   // `previous_cell` has one entry per cell, each a cell that was there or kNoCell.
   void replace_surface(std::shared_ptr<const Surface> surface, std::span<const std::uint32_t> previous_cell);
 
-  // Returns the store as it is now. The time depends on the changes since the last snapshot: views are projected onto
-  // the vertices, and their tiles looked up, if they are new, moved or referred to by other cells. Other tables are
-  // copied. All of that happens outside the lock that the other calls take. Vertex colours are those of
-  // VertexColorMean.
+  // Returns the store as it is now. The time depends on the changes since the last snapshot: the tiles of views are
+  // looked up if they are new or referred to by other cells. Tables by view slot and by cell are copied; nothing is
+  // done for each vertex, face or pixel. All of that happens outside the lock that the other calls take. Vertex colours
+  // are those of VertexColorMean. They are made when they are asked for, and cost then what has changed since the
+  // snapshot whose colours were asked for last, which may be a later one.
   //
   // Tiles that were resident in the snapshot before, and still are, keep their tile places. Where the references need
   // more tiles than the layout has, the policy chooses among them, and the snapshot's references are to those. A view

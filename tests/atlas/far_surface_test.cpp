@@ -91,7 +91,7 @@ TEST_CASE("a snapshot without its far sphere is that of the mesh alone") {
   CHECK(near.references.offsets.size() == 6);
   CHECK(near.references.views.size() == 10);
   CHECK(near.vertex_colors.size() == near.surface->mesh.positions.size());
-  CHECK(std::equal(near.vertex_colors.begin(), near.vertex_colors.end(), both.vertex_colors.begin()));
+  CHECK(std::equal(near.vertex_colors.get().begin(), near.vertex_colors.get().end(), both.vertex_colors.get().begin()));
   CHECK(near.views == both.views);
 }
 

@@ -303,7 +303,7 @@ TEST_CASE("a snapshot costs what has changed: a moved view looks at no other vie
     if (views[slot]) forward.add(*views[slot], gains[slot]);
     if (views[kViews - 1 - slot]) backward.add(*views[kViews - 1 - slot], gains[kViews - 1 - slot]);
   }
-  CHECK(colors.of(surface, views, gains) == forward.colors());
+  CHECK(*colors.of(surface, views, gains) == forward.colors());
   CHECK(forward.colors() == backward.colors());
 }
 

@@ -365,7 +365,7 @@ TEST_CASE("two cells that refer to one view each meet in a line as printed, and 
     photograph.valid.clear();
     snapshot.views[slot] = std::make_shared<const StoredView>(traced_view(*surface, "", camera, photograph));
   }
-  snapshot.vertex_colors.assign(surface->mesh.positions.size(), glm::u8vec3(0));
+  snapshot.vertex_colors = FallbackColors::Colors(surface->mesh.positions.size(), glm::u8vec3(0));
   snapshot.references = {{0, 1, 2}, {0, 1}};
   snapshot.cell_seen = {1, 1};
   snapshot.surface = surface;

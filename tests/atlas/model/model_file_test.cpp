@@ -112,7 +112,7 @@ void check_same_surface(const Snapshot& a, const Snapshot& b) {
   const Mesh &first = a.surface->mesh, &second = b.surface->mesh;
   REQUIRE(first.faces.size() == second.faces.size());
   CHECK(by_corner(first, first.positions) == by_corner(second, second.positions));
-  CHECK(by_corner(first, a.vertex_colors) == by_corner(second, b.vertex_colors));
+  CHECK(by_corner(first, a.vertex_colors.get()) == by_corner(second, b.vertex_colors.get()));
 }
 
 void check_same(const Snapshot& a, const Snapshot& b) {
@@ -457,9 +457,11 @@ TEST_CASE("vertex colours survive for each of the 256 sRGB values") {
   surface->cells = measure_cells(surface->mesh, std::vector<std::uint32_t>(surface->mesh.faces.size(), 0), 1);
   Snapshot snapshot = Atlas(surface, 1).snapshot();
   REQUIRE(snapshot.vertex_colors.size() == 256);
+  FallbackColors::Colors colors;
   for (std::size_t value = 0; value < 256; ++value) {
-    snapshot.vertex_colors[value] = {value, 255 - value, (7 * value) % 256};
+    colors.emplace_back(value, 255 - value, (7 * value) % 256);
   }
+  snapshot.vertex_colors = std::move(colors);
   write_model(folder.path(), snapshot, {});
   check_same_surface(read_model(folder.path()).snapshot, snapshot);
 }

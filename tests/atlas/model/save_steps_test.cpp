@@ -12,6 +12,7 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "atlas/model/model_file.h"
@@ -91,7 +92,7 @@ struct Shown {
 Shown shown(const Snapshot& snapshot) {
   Shown all;
   all.gains = snapshot.gains;
-  all.colors = snapshot.vertex_colors;
+  all.colors = snapshot.vertex_colors.get();
   for (const auto& view : snapshot.views) {
     all.photographs.push_back(view->photograph->rgb);
     all.trust.push_back(view->mask->trust);
@@ -113,7 +114,9 @@ Snapshot model_number(std::uint8_t number) {
     for (std::uint8_t& value : own_mask(*other).trust) value = static_cast<std::uint8_t>(value ^ number);
     view = other;
   }
-  for (glm::u8vec3& color : snapshot.vertex_colors) color.r = static_cast<std::uint8_t>(color.r ^ number);
+  FallbackColors::Colors colors = snapshot.vertex_colors.get();
+  for (glm::u8vec3& color : colors) color.r = static_cast<std::uint8_t>(color.r ^ number);
+  snapshot.vertex_colors = std::move(colors);
   return snapshot;
 }
 
