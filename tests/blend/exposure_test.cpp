@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The laws of a picture's exposure, on stored views of which only pose, depth and gain matter.
 #include "blend/exposure.h"
-#include "tests/support/view_parts.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -9,6 +8,7 @@
 #include <limits>
 #include <random>
 
+#include "tests/support/view_parts.h"
 #include "tests/support/wall_scenes.h"
 
 namespace lumatlas {
@@ -160,6 +160,37 @@ TEST_CASE("pixels without a surface do not count as depth, and without any surfa
   CHECK(NearbyExposure(snapshot).at(camera) == all_seen);
   clear(0, 10);
   CHECK(largest_difference(NearbyExposure(snapshot).at(camera), glm::dvec3(1)) < 1e-12);  // both look the same way
+}
+
+TEST_CASE("an exposure that follows snapshots is that of the last one") {
+  const Camera camera = turned_camera({3, 1, 0}, 0.1);
+  Snapshot snapshot = snapshot_of(far_apart(), 2);
+  NearbyExposure following(snapshot);
+  const auto follows = [&] {
+    following.follow(snapshot);
+    return following.at(camera) == NearbyExposure(snapshot).at(camera) &&
+           following.per_depth() == NearbyExposure(snapshot).per_depth();
+  };
+  const auto change = [&](std::size_t slot, float depth, double aside) {
+    StoredView changed = *snapshot.views[slot];
+    if (depth > 0) std::fill_n(own_mask(changed).depth.begin(), changed.mask->depth.size(), depth);
+    changed.camera.cam_from_world_translation.x += aside;
+    snapshot.views[slot] = std::make_shared<const StoredView>(std::move(changed));
+  };
+  CHECK(follows());
+  change(0, 0, 0.5);
+  CHECK(follows());
+  for (std::size_t slot = 0; slot < snapshot.views.size(); ++slot) change(slot, 5, 0);
+  CHECK(follows());
+  snapshot.gains[0] = {2, 1, 1};
+  CHECK(follows());
+  const std::shared_ptr<const StoredView> last = snapshot.views.back();
+  snapshot.views.back().reset();
+  CHECK(follows());
+  snapshot.views.back() = last;
+  CHECK(follows());
+  snapshot.gains[0] = {0, 1, 1};
+  CHECK_THROWS_AS(following.follow(snapshot), std::invalid_argument);
 }
 
 TEST_CASE("the paper shows the common exposure of its views, and so does a picture on request") {
