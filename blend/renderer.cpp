@@ -96,7 +96,8 @@ struct Renderer::State {
   ShaderPrograms programs;
   GlVertexArray no_vertices, mesh;
   GlBuffer positions, colors, shares, zone_numbers, faces, picture_block;
-  GlTexture zones, cells, reference_lists, views;
+  GlTexture zones, cells, reference_lists;
+  GlTable views{kVectors, "numbers of its views"};
   PhotographArray photographs;
   std::array<GLsizei, kCellsOfShader.size()> index_counts{};  // faces for each shader, one after the other
   double near_depth = 0;
@@ -263,7 +264,7 @@ void Renderer::State::bind_tables() const {
   bind_texture(TextureUnit::zones, GL_TEXTURE_2D, zones);
   bind_texture(TextureUnit::cells, GL_TEXTURE_2D, cells);
   bind_texture(TextureUnit::references, GL_TEXTURE_2D, reference_lists);
-  bind_texture(TextureUnit::views, GL_TEXTURE_2D, views);
+  bind_texture(TextureUnit::views, GL_TEXTURE_2D, views.texture());
   bind_texture(TextureUnit::tile_slots, GL_TEXTURE_2D, photographs.tile_slots());
 }
 
@@ -410,7 +411,8 @@ Renderer::Renderer(Renderer&&) noexcept = default;
 Renderer& Renderer::operator=(Renderer&&) noexcept = default;
 
 RendererWork Renderer::work() const {
-  return {state_->meshes, state_->photographs.color_bytes(), state_->photographs.depth_bytes()};
+  const PhotographArray& photographs = state_->photographs;
+  return {state_->meshes, photographs.color_bytes(), photographs.mask_bytes(), photographs.depth_bytes()};
 }
 
 void Renderer::set_options(const RendererOptions& steps) {
@@ -437,8 +439,8 @@ void Renderer::load(const Snapshot& snapshot) {
   state.take_tables(snapshot);
   state.cubic_levels = cubic_levels(snapshot.tiles.options);
   state.photographs.load(snapshot, state.steps.blocks.value_or(!draws_in_software()));
-  state.views = table_of(kVectors, view_table(snapshot, state.photographs), "numbers of its views");
-  state.nearby_exposure = NearbyExposure(snapshot);
+  state.views.store(std::as_bytes(std::span<const glm::vec4>(view_table(snapshot, state.photographs))));
+  state.nearby_exposure.follow(snapshot);
   state.loaded = true;
 }
 
