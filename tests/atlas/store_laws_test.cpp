@@ -162,6 +162,16 @@ TEST_CASE("where memory ends in the middle of a call, the store is as it was") {
        [](Atlas& atlas) -> std::function<void()> {
          return [&atlas, view = small_view(*atlas.surface(), "e", 9)] { atlas.replace(1, view, shown_with(3)); };
        }},
+      {"set_poses",
+       [](Atlas& atlas) -> std::function<void()> {
+         const std::vector<ViewPose> poses{{2, forward_camera(24, 16, {0.1, 0, 0})}, {0, forward_camera(24, 16)}};
+         return [&atlas, poses] { atlas.set_poses(poses); };
+       }},
+      {"replace_mask",
+       [](Atlas& atlas) -> std::function<void()> {
+         return
+             [&atlas, mask = small_view(*atlas.surface(), "e", 9).mask] { atlas.replace_mask(1, mask, shown_with(3)); };
+       }},
       {"retile",
        [](Atlas& atlas) -> std::function<void()> {
          std::vector<SharedShownCells> none(4, std::make_shared<const std::vector<ShownCell>>());
