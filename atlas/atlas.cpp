@@ -110,6 +110,26 @@ void check_view(const StoredView& view, std::span<const ShownCell> shown, const 
   require_shown_cells_of(view.name, view.camera, shown, layout);
 }
 
+void require_each_once(std::span<const ViewPose> poses) {
+  std::vector<std::uint32_t> slots;
+  slots.reserve(poses.size());
+  for (const ViewPose& pose : poses) slots.push_back(pose.slot);
+  std::sort(slots.begin(), slots.end());
+  const auto twice = std::adjacent_find(slots.begin(), slots.end());
+  if (twice == slots.end()) return;
+  throw std::invalid_argument("atlas: the poses have slot " + std::to_string(*twice) + " twice, must have each once");
+}
+
+// Returns the view with another pose, or lens.
+std::shared_ptr<const StoredView> view_moved_to(const StoredView& view, const Camera& camera) {
+  if (camera.width != view.camera.width || camera.height != view.camera.height) {
+    throw std::invalid_argument("view " + view.name + ": the new pose has an image of " +
+                                size_text(camera.width, camera.height) + ", must be as large as before, " +
+                                size_text(view.camera.width, view.camera.height));
+  }
+  return std::make_shared<const StoredView>(StoredView{view.name, camera, view.photograph, view.mask});
+}
+
 const Surface& checked(const std::shared_ptr<const Surface>& surface) {
   if (!surface) throw std::invalid_argument("atlas: surface is null");
   check(*surface);
@@ -186,6 +206,54 @@ void Atlas::replace(std::uint32_t slot, StoredView view, std::vector<ShownCell> 
   const std::scoped_lock lock(mutex_);
   require_stored(slot);
   require_cells_of(entry.view->name, *entry.shown);
+  views_[slot].swap(entry.view);  // the old view is freed after the lock
+  shown_[slot].swap(entry.shown);
+}
+
+std::vector<std::shared_ptr<const StoredView>> Atlas::stored_at(std::span<const ViewPose> poses) const {
+  std::vector<std::shared_ptr<const StoredView>> views;
+  views.reserve(poses.size());
+  const std::scoped_lock lock(mutex_);
+  for (const ViewPose& pose : poses) {
+    require_stored(pose.slot);
+    views.push_back(views_[pose.slot]);
+  }
+  return views;
+}
+
+// Makes the moved views without the lock, and under it once more those that other threads have changed meanwhile.
+void Atlas::set_poses(std::span<const ViewPose> poses) {
+  require_each_once(poses);
+  for (const ViewPose& pose : poses) check(pose.camera);
+  const std::vector<std::shared_ptr<const StoredView>> before = stored_at(poses);
+  std::vector<std::shared_ptr<const StoredView>> after;  // in the end the old views, freed after the lock
+  after.reserve(poses.size());
+  for (std::size_t i = 0; i < poses.size(); ++i) after.push_back(view_moved_to(*before[i], poses[i].camera));
+  const std::scoped_lock lock(mutex_);
+  for (std::size_t i = 0; i < poses.size(); ++i) {
+    require_stored(poses[i].slot);
+    const std::shared_ptr<const StoredView>& now = views_[poses[i].slot];
+    if (now != before[i]) after[i] = view_moved_to(*now, poses[i].camera);
+  }
+  // The code from here on must not fail.
+  for (std::size_t i = 0; i < poses.size(); ++i) views_[poses[i].slot].swap(after[i]);
+}
+
+void Atlas::replace_mask(std::uint32_t slot, std::shared_ptr<const ViewMask> mask, std::vector<ShownCell> shown) {
+  const std::shared_ptr<const StoredView> before = view(slot);
+  if (!before) throw std::logic_error("atlas: slot " + std::to_string(slot) + " holds no view");
+  StoredView masked = *before;
+  masked.mask = std::move(mask);
+  Entry entry = entry_of(std::move(masked), std::move(shown));
+  const std::scoped_lock lock(mutex_);
+  require_stored(slot);
+  require_cells_of(entry.view->name, *entry.shown);
+  if (views_[slot] != before) {  // another thread has moved or replaced it meanwhile
+    StoredView now = *views_[slot];
+    now.mask = entry.view->mask;
+    check_view(now, *entry.shown, layout_);
+    entry.view = std::make_shared<const StoredView>(std::move(now));
+  }
   views_[slot].swap(entry.view);  // the old view is freed after the lock
   shown_[slot].swap(entry.shown);
 }

@@ -28,6 +28,12 @@ namespace lumatlas {
 class SnapshotMaker;
 struct StoreChanges;
 
+// Where the view in a view slot is from now on: another pose, and another lens if that has changed too.
+struct ViewPose {
+  std::uint32_t slot;
+  Camera camera;  // its image is as large as before
+};
+
 // A store of at most `max_views` views. Every call is safe from any thread, unless it says otherwise, and none waits
 // for a snapshot that another thread takes, but another snapshot. What a caller hands in is checked before anything is
 // changed: where a call throws, the store is as it was.
@@ -58,6 +64,15 @@ class Atlas {
   // with another pose or mask. References to the slot and its gain stay; snapshots taken before keep the old view. What
   // is handed in is checked as by insert().
   void replace(std::uint32_t slot, StoredView view, std::vector<ShownCell> shown = {});
+  // Moves views, all at once: a snapshot has all the new poses or none. Each keeps its photograph, its mask, what its
+  // tiles show, its references and its gain; snapshots taken before keep the old poses. The time does not depend on the
+  // size of the photographs. Throws std::logic_error unless each view slot holds a view; std::invalid_argument unless
+  // each comes once and each camera passes check() and has an image of the view's size.
+  void set_poses(std::span<const ViewPose> poses);
+  // Gives the view in a view slot, which must hold one (std::logic_error), another mask, and the cells that its tiles
+  // show with it. All else stays, the photograph and the pose among it. Throws std::invalid_argument unless the mask is
+  // one, as large as the view's image, and `shown` is as for insert().
+  void replace_mask(std::uint32_t slot, std::shared_ptr<const ViewMask> mask, std::vector<ShownCell> shown = {});
   // Frees a view slot, which must hold a view that no cell refers to any more (std::logic_error).
   void erase(std::uint32_t slot);
   // Null where the view slot is free. Throws std::invalid_argument unless slot < capacity().
@@ -88,10 +103,11 @@ class Atlas {
   // `previous_cell` has one entry per cell, each a cell that was there or kNoCell.
   void replace_surface(std::shared_ptr<const Surface> surface, std::span<const std::uint32_t> previous_cell);
 
-  // Returns the store as it is now. The time depends on the changes since the last snapshot: views are projected onto
-  // the vertices, and their tiles looked up, if they are new, moved or referred to by other cells. Other tables are
-  // copied. All of that happens outside the lock that the other calls take. Vertex colours are those of
-  // VertexColorMean.
+  // Returns the store as it is now. The time depends on the changes since the last snapshot: the tiles of views are
+  // looked up if they are new or referred to by other cells. Tables by view slot and by cell are copied; nothing is
+  // done for each vertex, face or pixel. All of that happens outside the lock that the other calls take. Vertex colours
+  // are those of VertexColorMean. They are made when they are asked for, and cost then what has changed since the
+  // snapshot whose colours were asked for last, which may be a later one.
   //
   // Tiles that were resident in the snapshot before, and still are, keep their tile places. Where the references need
   // more tiles than the layout has, the policy chooses among them, and the snapshot's references are to those. A view
@@ -120,6 +136,7 @@ class Atlas {
   };
   [[nodiscard]] Entry entry_of(StoredView view, std::vector<ShownCell> shown) const;
   void put(std::uint32_t slot, Entry entry);
+  [[nodiscard]] std::vector<std::shared_ptr<const StoredView>> stored_at(std::span<const ViewPose> poses) const;
   void require_cell(std::uint32_t cell) const;
   void require_cells_of(const std::string& view, std::span<const ShownCell> shown) const;
   [[nodiscard]] std::pair<std::size_t, std::vector<SharedShownCells>> shown_of_cells() const;

@@ -58,7 +58,7 @@ bool may_be_asked(const StoredView& view, std::uint32_t x, std::uint32_t y) {
   const std::uint32_t last_x = std::min(x + 1, view.camera.width - 1), last_y = std::min(y + 1, view.camera.height - 1);
   for (std::uint32_t row = y - std::min(y, 1u); row <= last_y; ++row) {
     for (std::uint32_t column = x - std::min(x, 1u); column <= last_x; ++column) {
-      if (view.validity[std::size_t{row} * view.camera.width + column] != 0) return true;
+      if (view.mask->validity[std::size_t{row} * view.camera.width + column] != 0) return true;
     }
   }
   return false;
@@ -71,9 +71,9 @@ Pixels pixels_of(const StoredView& view, std::uint32_t x, std::uint32_t y, doubl
     const std::uint32_t column = x + number % kDepthBlockSide, row = y + number / kDepthBlockSide;
     if (column >= view.camera.width || row >= view.camera.height) continue;
     const std::size_t at = std::size_t{row} * view.camera.width + column;
-    const auto depth = static_cast<double>(view.depth[at]);
+    const auto depth = static_cast<double>(view.mask->depth[at]);
     if (!(depth > 0) || !std::isfinite(depth)) continue;
-    pixels[number] = {scale / depth, may_be_asked(view, column, row), view.at_rim(at), 0};
+    pixels[number] = {scale / depth, may_be_asked(view, column, row), view.mask->at_rim(at), 0};
     any = any || pixels[number].kept;
   }
   if (any) return pixels;
@@ -264,7 +264,7 @@ float depth_scale(const StoredView& view) {
   constexpr std::size_t kStride = 16;
   std::vector<double> depths;
   std::size_t finite = 0;
-  for (const float each : view.depth) {
+  for (const float each : view.mask->depth) {
     if (std::isfinite(each) && each > 0 && finite++ % kStride == 0) depths.push_back(static_cast<double>(each));
   }
   const float depth = depths.empty() ? 0 : static_cast<float>(percentile(depths, kShare));

@@ -154,7 +154,7 @@ Snapshot without_far_sphere(const Snapshot& snapshot) {
   near.cell_seen.resize(cells);
   near.references.offsets.resize(cells + 1);
   near.references.views.resize(near.references.offsets.back());
-  near.vertex_colors.resize(near.surface->mesh.positions.size());
+  near.vertex_colors = first_of(snapshot.vertex_colors, near.surface->mesh.positions.size());
   if (!near.cell_coverage.empty()) near.cell_coverage.resize(cells);
   if (!near.cell_deviation.empty()) near.cell_deviation.resize(cells);
   return near;

@@ -3,11 +3,11 @@
 #pragma once
 
 #include <cstdint>
-#include <glm/gtc/type_precision.hpp>
 #include <glm/vec3.hpp>
 #include <memory>
 #include <vector>
 
+#include "atlas/fallback_colors.h"
 #include "atlas/reference_table.h"
 #include "atlas/stored_view.h"
 #include "atlas/surface.h"
@@ -26,10 +26,12 @@ struct Snapshot {
   // Exposure by view slot, per channel R G B: linear light of the photograph times this is the model's. 1 where no view
   // is.
   std::vector<glm::dvec3> gains;
-  ReferenceTable references;               // to view slots that hold a view
-  std::vector<std::uint8_t> cell_seen;     // one per cell, 1: some offered view saw it, kept or not
-  std::vector<glm::u8vec3> vertex_colors;  // sRGB, one per vertex: shown where no view is valid
-  TileTable tiles;                         // which parts of the views are resident
+  ReferenceTable references;            // to view slots that hold a view
+  std::vector<std::uint8_t> cell_seen;  // one per cell, 1: some offered view saw it, kept or not
+  // One per vertex: shown where no view is valid. Those of a store are made when they are asked for. Until then they
+  // keep alive all views that the store held, also those that the snapshot leaves out.
+  FallbackColors vertex_colors;
+  TileTable tiles;  // which parts of the views are resident
   // How well the stored views cover each cell, by the measure that chose them, >= 0. Not used for drawing. Empty in
   // every snapshot that an atlas makes.
   std::vector<float> cell_coverage;

@@ -45,7 +45,7 @@ void check_choice(const TileChoice& choice, const TileDemand& demand) {
 }  // namespace
 
 SnapshotMaker::SnapshotMaker(const TileOptions& layout, TilePolicy policy)
-    : layout_(layout), policy_(std::move(policy)) {
+    : layout_(layout), policy_(std::move(policy)), colors_(std::make_shared<VertexColors>()) {
   if (!layout.whole_views()) slots_.emplace(layout);
 }
 
@@ -155,7 +155,10 @@ Snapshot SnapshotMaker::snapshot(StoreChanges changes) {
   if (!slots_ && layout_.texels != TexelFormat::rgb8) {
     snapshot.tiles.options = {0, kWholeViews.gutter_px, 0, layout_.texels};
   }
-  snapshot.vertex_colors = colors_.of(store_.surface, store_.views, store_.gains);
+  snapshot.vertex_colors = {store_.surface->mesh.positions.size(),
+                            [colors = colors_, surface = store_.surface, views = store_.views, gains = store_.gains] {
+                              return colors->of(surface, views, gains);
+                            }};
   leave_out_views_without_tiles(snapshot);
   store_.views.clear();  // a photograph that leaves the store is not to be kept alive from here
   return snapshot;

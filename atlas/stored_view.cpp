@@ -40,44 +40,51 @@ void require_photograph_of(const std::string& view, const Camera& camera, const 
   }
 }
 
+void require_mask_of(const std::string& view, const Camera& camera, const ViewMask& mask) {
+  const std::size_t pixels = pixels_of(camera);
+  require_count(view, "depth", mask.depth.size(), pixels);
+  require_count(view, "validity", mask.validity.size(), pixels);
+  if (!mask.trust.empty()) require_count(view, "trust", mask.trust.size(), pixels);
+  if (!mask.rim.empty()) require_count(view, "rim", mask.rim.size(), pixels);
+}
+
 void check(const StoredView& view) {
   try {
     check(view.camera);
   } catch (const std::invalid_argument& error) {
     throw std::invalid_argument("view " + view.name + ": " + error.what());
   }
-  require_photograph_of(view.name, view.camera, view.photograph);
-  const std::size_t pixels = pixels_of(view.camera);
-  require_count(view.name, "depth", view.depth.size(), pixels);
-  require_count(view.name, "validity", view.validity.size(), pixels);
-  if (!view.trust.empty()) require_count(view.name, "trust", view.trust.size(), pixels);
-  if (!view.rim.empty()) require_count(view.name, "rim", view.rim.size(), pixels);
+  if (!view.photograph) throw std::invalid_argument("view " + view.name + ": photograph is null");
+  require_photograph_of(view.name, view.camera, *view.photograph);
+  if (!view.mask) throw std::invalid_argument("view " + view.name + ": mask is null");
+  require_mask_of(view.name, view.camera, *view.mask);
 }
 
 float median_depth(const StoredView& view, float below) {
   constexpr std::size_t kStride = 16;
   std::vector<float> depths;
   std::size_t finite = 0;
-  for (const float depth : view.depth) {
+  for (const float depth : view.mask->depth) {
     if (std::isfinite(depth) && depth > 0 && depth < below && finite++ % kStride == 0) depths.push_back(depth);
   }
   return depths.empty() ? 0 : upper_median(depths);
 }
 
-StoredView make_stored_view(std::string name, const Camera& camera, Photograph photograph, VisibilityBuffer visible,
-                            const ValidityOptions& options, std::vector<std::uint8_t> trust) {
-  require_photograph_of(name, camera, photograph);
+StoredView make_stored_view(std::string name, const Camera& camera, std::shared_ptr<const Photograph> photograph,
+                            VisibilityBuffer visible, const ValidityOptions& options, std::vector<std::uint8_t> trust) {
+  if (!photograph) throw std::invalid_argument("view " + name + ": photograph is null");
+  require_photograph_of(name, camera, *photograph);
   require_size(name, "visibility buffer", visible.width, visible.height, camera);
   require_count(name, "visibility buffer's depth", visible.depth.size(), pixels_of(camera));
-  StoredView view;
-  view.name = std::move(name);
-  view.camera = camera;
-  view.photograph = std::move(photograph);
-  view.depth = std::move(visible.depth);
-  view.trust = std::move(trust);
-  view.validity = validity_mask(view.photograph, view.depth, view.trust, options);
-  view.rim = rim_pixels(view.photograph, view.depth, options);
-  return view;
+  std::shared_ptr<const ViewMask> mask =
+      make_view_mask(*photograph, std::move(visible.depth), std::move(trust), options);
+  return {std::move(name), camera, std::move(photograph), std::move(mask)};
+}
+
+StoredView make_stored_view(std::string name, const Camera& camera, Photograph photograph, VisibilityBuffer visible,
+                            const ValidityOptions& options, std::vector<std::uint8_t> trust) {
+  return make_stored_view(std::move(name), camera, std::make_shared<const Photograph>(std::move(photograph)),
+                          std::move(visible), options, std::move(trust));
 }
 
 }  // namespace lumatlas

@@ -3,6 +3,7 @@
 
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
+#include <tbb/task_arena.h>
 
 #include <algorithm>
 #include <array>
@@ -37,9 +38,10 @@ void add_sample(const StoredView& view, const glm::dvec3& world, std::uint32_t v
   const glm::dvec2 image = view.camera.image_from_cam(cam);
   if (!(image.x >= 0 && image.y >= 0 && image.x < view.camera.width && image.y < view.camera.height)) return;
   const std::size_t pixel = static_cast<std::size_t>(image.y) * view.camera.width + static_cast<std::size_t>(image.x);
-  if (cam.z > view.depth[pixel] * (1 + kOcclusionTolerance) || view.validity[pixel] == 0) return;
-  const std::uint8_t* const rgb = &view.photograph.rgb[3 * pixel];
-  samples.push_back({vertex & 0x7fffffffu, view.at_rim(pixel) ? 1u : 0u, rgb[0], rgb[1], rgb[2], view.validity[pixel]});
+  if (cam.z > view.mask->depth[pixel] * (1 + kOcclusionTolerance) || view.mask->validity[pixel] == 0) return;
+  const std::uint8_t* const rgb = &view.photograph->rgb[3 * pixel];
+  samples.push_back(
+      {vertex & 0x7fffffffu, view.mask->at_rim(pixel) ? 1u : 0u, rgb[0], rgb[1], rgb[2], view.mask->validity[pixel]});
 }
 
 // In ascending order of the vertices.
@@ -146,34 +148,54 @@ std::vector<glm::u8vec3> VertexColorMean::colors() const {
   return colors;
 }
 
-const std::vector<glm::u8vec3>& VertexColors::of(const std::shared_ptr<const Surface>& surface,
-                                                 std::span<const std::shared_ptr<const StoredView>> views,
-                                                 std::span<const glm::dvec3> gains) {
+std::shared_ptr<const VertexColors::Colors> VertexColors::of(const std::shared_ptr<const Surface>& surface,
+                                                             std::span<const std::shared_ptr<const StoredView>> views,
+                                                             std::span<const glm::dvec3> gains) {
   if (!surface) throw std::invalid_argument("vertex colours: surface is null");
   if (gains.size() != views.size()) {
     throw std::invalid_argument("vertex colours: there are " + std::to_string(gains.size()) +
                                 " gains, must be one for " + "each of the " + std::to_string(views.size()) + " slots");
   }
+  const std::scoped_lock lock(mutex_);
+  try {
+    // Isolated, so that this thread, where it waits for others, does not begin another task, which may ask for colours.
+    tbb::this_task_arena::isolate([&] { update(surface, views, gains); });
+  } catch (...) {
+    surface_.reset();  // the sums may have half of the views: the next call begins anew
+    throw;
+  }
+  return colors_;
+}
+
+std::uint64_t VertexColors::samples_counted() const {
+  const std::scoped_lock lock(mutex_);
+  return samples_counted_;
+}
+
+void VertexColors::update(const std::shared_ptr<const Surface>& surface,
+                          std::span<const std::shared_ptr<const StoredView>> views, std::span<const glm::dvec3> gains) {
   if (surface != surface_) begin(surface);
   follow(views, gains);
-  if (!any_changed_) return colors_;
-  color_changed();
-  if (surface_->mesh.colors.empty()) spread();
+  if (!any_changed_) return;
+  const auto colors = colors_ ? std::make_shared<Colors>(*colors_) : std::make_shared<Colors>(sums_.size());
+  color_changed(*colors);
+  if (surface_->mesh.colors.empty()) spread(*colors);
   std::fill(changed_.begin(), changed_.end(), std::uint8_t{0});
   any_changed_ = false;
-  return colors_;
+  colors_ = colors;
 }
 
 void VertexColors::begin(const std::shared_ptr<const Surface>& surface) {
   const std::size_t vertices = surface->mesh.positions.size();
-  const std::uint64_t counted = samples_counted_;
-  *this = {};
-  samples_counted_ = counted;
-  surface_ = surface;
+  surface_.reset();
+  shown_.clear();
   sums_.assign(vertices, ColorSum(0));
   changed_.assign(vertices, 1);
   any_changed_ = true;
-  colors_.resize(vertices);
+  spread_.clear();
+  colors_.reset();
+  faces_.reset();
+  surface_ = surface;
 }
 
 void VertexColors::follow(std::span<const std::shared_ptr<const StoredView>> views, std::span<const glm::dvec3> gains) {
@@ -209,19 +231,19 @@ void VertexColors::count(const Shown& shown, Count how) {
   any_changed_ = true;
 }
 
-void VertexColors::color_changed() {
+void VertexColors::color_changed(Colors& colors) const {
   tbb::parallel_for(tbb::blocked_range<std::size_t>(0, sums_.size(), kVertexBlock),
                     [&](const tbb::blocked_range<std::size_t>& range) {
                       for (std::size_t vertex = range.begin(); vertex != range.end(); ++vertex) {
                         if (changed_[vertex] == 0) continue;
-                        colors_[vertex] =
+                        colors[vertex] =
                             sums_[vertex].w > 0 ? srgb_of(sums_[vertex]) : own_color(surface_->mesh, vertex);
                       }
                     });
 }
 
 // Colours the vertices that no view shows. Changes only those to which another colour than before has spread.
-void VertexColors::spread() {
+void VertexColors::spread(Colors& colors) {
   const auto has_none = [](const auto& sum) { return !(sum.w > 0); };
   if (std::none_of(sums_.begin(), sums_.end(), has_none)) {
     spread_.clear();
@@ -236,7 +258,7 @@ void VertexColors::spread() {
                         if (!has_none(sums_[vertex])) continue;
                         const bool stays = changed_[vertex] == 0 && !last.empty() && last[vertex] == spread_[vertex];
                         if (stays) continue;
-                        colors_[vertex] = has_none(spread_[vertex]) ? glm::u8vec3(kMidGrey) : srgb_of(spread_[vertex]);
+                        colors[vertex] = has_none(spread_[vertex]) ? glm::u8vec3(kMidGrey) : srgb_of(spread_[vertex]);
                       }
                     });
 }

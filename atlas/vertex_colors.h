@@ -8,6 +8,7 @@
 #include <glm/vec3.hpp>
 #include <glm/vec4.hpp>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <span>
 #include <vector>
@@ -53,17 +54,22 @@ struct VertexSample {
 
 // The same colours, to the bit, as a VertexColorMean to which all views were added, for a store that changes: a view is
 // projected onto the vertices once, and 8 bytes are kept for each that it shows. A view that comes, goes or has another
-// gain is added to the sums, or taken away from them, and no other view is looked at.
+// gain is added to the sums, or taken away from them, and no other view is looked at. Every call is safe from any
+// thread.
 class VertexColors {
  public:
-  // Views and gains by view slot, null where there is none; the views pass check(). Throws std::invalid_argument for a
-  // surface that is null, and unless there are as many gains as views.
-  [[nodiscard]] const std::vector<glm::u8vec3>& of(const std::shared_ptr<const Surface>& surface,
-                                                   std::span<const std::shared_ptr<const StoredView>> views,
-                                                   std::span<const glm::dvec3> gains);
+  using Colors = std::vector<glm::u8vec3>;  // sRGB, one per vertex
+
+  // Returns the colours of a store at one moment, which may be earlier than that of the call before: the sums are
+  // brought from there to here. Never null; the same list as before where nothing has changed. Views and gains are by
+  // view slot, null where there is none; the views pass check(). Throws std::invalid_argument for a surface that is
+  // null, and unless there are as many gains as views.
+  [[nodiscard]] std::shared_ptr<const Colors> of(const std::shared_ptr<const Surface>& surface,
+                                                 std::span<const std::shared_ptr<const StoredView>> views,
+                                                 std::span<const glm::dvec3> gains);
 
   // How many samples were added to sums or taken away from them, by all calls together.
-  [[nodiscard]] std::uint64_t samples_counted() const { return samples_counted_; }
+  [[nodiscard]] std::uint64_t samples_counted() const;
 
  private:
   struct Shown {
@@ -73,20 +79,23 @@ class VertexColors {
   };
 
   void begin(const std::shared_ptr<const Surface>& surface);
+  void update(const std::shared_ptr<const Surface>& surface, std::span<const std::shared_ptr<const StoredView>> views,
+              std::span<const glm::dvec3> gains);
   void follow(std::span<const std::shared_ptr<const StoredView>> views, std::span<const glm::dvec3> gains);
   enum class Count { add, take_away };
   void count(const Shown& shown, Count how);
-  void color_changed();
-  void spread();
+  void color_changed(Colors& colors) const;
+  void spread(Colors& colors);
 
-  std::shared_ptr<const Surface> surface_;
-  std::vector<Shown> shown_;           // one per view slot
-  std::vector<ColorSum> sums_;         // one per vertex
-  std::vector<std::uint8_t> changed_;  // one per vertex: 1 if its sum has changed
+  mutable std::mutex mutex_;                // guards all that follows
+  std::shared_ptr<const Surface> surface_;  // null: nothing below is of use
+  std::vector<Shown> shown_;                // one per view slot
+  std::vector<ColorSum> sums_;              // one per vertex
+  std::vector<std::uint8_t> changed_;       // one per vertex: 1 if its sum has changed
   bool any_changed_ = false;
-  std::vector<glm::vec4> spread_;    // one per vertex: weighted linear colour and weight, with colours that were spread
-  std::vector<glm::u8vec3> colors_;  // one per vertex
-  std::optional<VertexFaces> faces_;  // made when colours are spread for the first time
+  std::vector<glm::vec4> spread_;  // one per vertex: weighted linear colour and weight, with colours that were spread
+  std::shared_ptr<const Colors> colors_;  // null: none were made of this surface
+  std::optional<VertexFaces> faces_;      // made when colours are spread for the first time
   std::uint64_t samples_counted_ = 0;
 };
 

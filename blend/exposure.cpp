@@ -6,6 +6,7 @@
 #include <cmath>
 #include <glm/glm.hpp>
 #include <limits>
+#include <utility>
 
 #include "mesh/base/median.h"
 
@@ -21,31 +22,38 @@ constexpr double kSamePlace = 0.01;
 constexpr std::size_t kDepthSamples = 1024;
 
 std::vector<double> sparse_depths(const StoredView& view, float below) {
-  const std::size_t stride = (view.depth.size() / kDepthSamples) | 1;
+  const std::size_t stride = (view.mask->depth.size() / kDepthSamples) | 1;
   std::vector<double> depths;
-  for (std::size_t pixel = 0; pixel < view.depth.size(); pixel += stride) {
-    if (view.depth[pixel] < below) depths.push_back(view.depth[pixel]);
+  for (std::size_t pixel = 0; pixel < view.mask->depth.size(); pixel += stride) {
+    if (view.mask->depth[pixel] < below) depths.push_back(view.mask->depth[pixel]);
   }
   return depths;
 }
 
-// 1 / D; 0 if no view sees a surface.
-double inverse_depth(const Snapshot& snapshot) {
-  const float below = snapshot.surface ? depth_before_far(*snapshot.surface) : std::numeric_limits<float>::infinity();
-  std::vector<double> medians;
-  for (const auto& view : snapshot.views) {
-    if (!view) continue;
-    std::vector<double> depths = sparse_depths(*view, below);
-    if (!depths.empty()) medians.push_back(upper_median(depths));
-  }
-  return medians.empty() ? 0 : 1 / upper_median(medians);
-}
-
 }  // namespace
 
-NearbyExposure::NearbyExposure(const Snapshot& snapshot) {
+void NearbyExposure::follow_depths(const Snapshot& snapshot) {
+  const float below = snapshot.surface ? depth_before_far(*snapshot.surface) : std::numeric_limits<float>::infinity();
+  if (std::exchange(below_, below) != below) medians_.clear();
+  medians_.resize(snapshot.views.size());
+  std::vector<double> medians;
+  for (std::size_t slot = 0; slot < medians_.size(); ++slot) {
+    if (!snapshot.views[slot]) continue;
+    const std::shared_ptr<const ViewMask>& mask = snapshot.views[slot]->mask;
+    Median& median = medians_[slot];
+    if (median.mask.owner_before(mask) || mask.owner_before(median.mask)) {
+      std::vector<double> depths = sparse_depths(*snapshot.views[slot], below);
+      median = {mask, depths.empty() ? std::nullopt : std::optional(upper_median(depths))};
+    }
+    if (median.depth) medians.push_back(*median.depth);
+  }
+  per_depth_ = medians.empty() ? 0 : 1 / upper_median(medians);
+}
+
+void NearbyExposure::follow(const Snapshot& snapshot) {
   check_gains(snapshot);
-  per_depth_ = inverse_depth(snapshot);
+  follow_depths(snapshot);
+  views_.clear();
   for (std::size_t slot = 0; slot < snapshot.views.size(); ++slot) {
     if (!snapshot.views[slot]) continue;
     const Camera& camera = snapshot.views[slot]->camera;

@@ -16,6 +16,8 @@
 #pragma once
 
 #include <glm/vec3.hpp>
+#include <memory>
+#include <optional>
 #include <vector>
 
 #include "atlas/snapshot.h"
@@ -30,7 +32,10 @@ class NearbyExposure {
   NearbyExposure() = default;  // without views
   // Looks at the views' cameras, depths and gains alone. Throws std::invalid_argument unless each view slot has a gain
   // as Snapshot describes.
-  explicit NearbyExposure(const Snapshot& snapshot);
+  explicit NearbyExposure(const Snapshot& snapshot) { follow(snapshot); }
+  // Takes another snapshot instead, and looks at the depths only of views whose masks are new. Throws likewise, and
+  // then changes nothing.
+  void follow(const Snapshot& snapshot);
 
   // E_o, per channel R G B: linear light of the model times this is the picture's. Within the range of the inverse
   // gains; exactly 1 if all gains are 1 or there are no views. Continuous in the camera's pose: ln E_o changes by at
@@ -44,8 +49,17 @@ class NearbyExposure {
     glm::dvec3 direction;
     glm::dvec3 log_gain;
   };
+  // The median depth of a view, as long as it has that mask.
+  struct Median {
+    std::weak_ptr<const ViewMask> mask;
+    std::optional<double> depth;  // none: the view sees no surface
+  };
+  void follow_depths(const Snapshot& snapshot);
+
   std::vector<View> views_;
-  double per_depth_ = 0;  // 1 / D; 0 if no view sees a surface, so that the directions alone decide
+  std::vector<Median> medians_;  // one per view slot
+  float below_ = 0;              // depths from here on do not count in them
+  double per_depth_ = 0;         // 1 / D; 0 if no view sees a surface, so that the directions alone decide
 };
 
 // The factor of a picture's linear light that the options ask for.

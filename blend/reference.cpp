@@ -227,7 +227,7 @@ glm::dvec3 vertex_color(const Snapshot& snapshot, std::uint32_t face, const glm:
   const auto& linear = linear_from_srgb8();
   glm::dvec3 color(0);
   for (int corner = 0; corner < 3; ++corner) {
-    const glm::u8vec3 srgb = snapshot.vertex_colors[snapshot.surface->mesh.faces[face][corner]];
+    const glm::u8vec3 srgb = snapshot.vertex_colors.get()[snapshot.surface->mesh.faces[face][corner]];
     color += weights[corner] * glm::dvec3(linear[srgb.r], linear[srgb.g], linear[srgb.b]);
   }
   return color;

@@ -96,7 +96,8 @@ struct Renderer::State {
   ShaderPrograms programs;
   GlVertexArray no_vertices, mesh;
   GlBuffer positions, colors, shares, zone_numbers, faces, picture_block;
-  GlTexture zones, cells, reference_lists, views;
+  GlTexture zones, cells, reference_lists;
+  GlTable views{kVectors, "numbers of its views"};
   PhotographArray photographs;
   std::array<GLsizei, kCellsOfShader.size()> index_counts{};  // faces for each shader, one after the other
   double near_depth = 0;
@@ -104,7 +105,7 @@ struct Renderer::State {
   NearbyExposure nearby_exposure;
   // The inputs that load_zones() needs again for another width.
   std::shared_ptr<const Surface> surface;
-  std::vector<glm::u8vec3> vertex_colors;
+  FallbackColors vertex_colors;
   std::vector<std::uint8_t> cell_seen;
   std::vector<float> cell_deviation;
   ReferenceTable references;
@@ -112,6 +113,7 @@ struct Renderer::State {
   // mesh. So once a store has changed under its surface, no cells are joined any more, under later surfaces either.
   ZoneCells zone_cells;
   std::vector<std::uint32_t> vertex_sources;
+  FallbackColors loaded_colors;  // of the loaded mesh
   bool changes = false;
   bool is_joined = false;  // the mesh that is loaded
   std::uint32_t cubic_levels = 0;
@@ -124,7 +126,7 @@ struct Renderer::State {
   void load_references();
   // How many levels of the photographs are, the finest first.
   [[nodiscard]] std::uint32_t sampled_cubic(const BlendOptions& options) const;
-  void renew_colors() const;
+  void renew_colors();
   void load_zones(double width);
   void load_mesh(const ZoneMesh& copy);
   void describe(const Camera& camera, const BlendOptions& options) const;
@@ -146,10 +148,9 @@ void Renderer::State::take_tables(const Snapshot& snapshot) {
   const bool same_references = same_surface && references.offsets == snapshot.references.offsets &&
                                references.views == snapshot.references.views && cell_seen == snapshot.cell_seen;
   const bool same_deviation = same_surface && cell_deviation == snapshot.cell_deviation;
-  const bool same_colors = same_surface && vertex_colors == snapshot.vertex_colors;
   changes = changes || (same_surface && !same_references);
   surface = snapshot.surface;
-  if (!same_colors) vertex_colors = snapshot.vertex_colors;
+  vertex_colors = snapshot.vertex_colors;  // they are made when they are drawn
   if (!same_references) {
     cell_seen = snapshot.cell_seen;
     references = snapshot.references;
@@ -159,18 +160,21 @@ void Renderer::State::take_tables(const Snapshot& snapshot) {
   const std::optional<double> width = std::exchange(border_width, std::nullopt);
   if (!width) return;  // all is made when it is drawn
   if (!same_references || !same_deviation) load_references();
-  if (!same_colors) renew_colors();
   border_width = width;
 }
 
-void Renderer::State::renew_colors() const {
+// Brings the loaded mesh's colours up to date.
+void Renderer::State::renew_colors() {
+  if (loaded_colors == vertex_colors) return;
+  const FallbackColors::Colors& now = vertex_colors.get();
   std::vector<glm::u8vec3> copies;
   copies.reserve(vertex_sources.size());
-  for (const std::uint32_t vertex : vertex_sources) copies.push_back(vertex_colors[vertex]);
+  for (const std::uint32_t vertex : vertex_sources) copies.push_back(now[vertex]);
   const auto bytes = std::as_bytes(std::span<const glm::u8vec3>(copies));
   glBindBuffer(GL_COPY_WRITE_BUFFER, colors.get());
   glBufferSubData(GL_COPY_WRITE_BUFFER, 0, static_cast<GLsizeiptr>(bytes.size()), bytes.data());
   check_gl("renewing the mesh's colours");
+  loaded_colors = vertex_colors;
 }
 
 void Renderer::State::load_references() {
@@ -182,16 +186,20 @@ void Renderer::State::load_references() {
 
 // Mesh and zones for a width as in BlendOptions.
 void Renderer::State::load_zones(double width) {
-  if (border_width == width) return;
+  if (border_width == width) {
+    renew_colors();
+    return;
+  }
   border_width.reset();
   CellShares cell_shares = share_cells(*surface, width * surface->cells.size);
   is_joined = steps.join_cells && width > 0 && !changes;
   if (is_joined) cell_shares = joined(std::move(cell_shares), first_of_same_references(references));
-  ZoneMesh copy = zone_mesh(surface->mesh, vertex_colors, surface->cells.cell_of_face, cell_shares);
+  ZoneMesh copy = zone_mesh(surface->mesh, vertex_colors.get(), surface->cells.cell_of_face, cell_shares);
   zone_cells = std::move(copy.zone_cells);
   vertex_sources = std::move(copy.sources);
   load_references();
   load_mesh(copy);
+  loaded_colors = vertex_colors;
   ++meshes;
   border_width = width;
 }
@@ -256,7 +264,7 @@ void Renderer::State::bind_tables() const {
   bind_texture(TextureUnit::zones, GL_TEXTURE_2D, zones);
   bind_texture(TextureUnit::cells, GL_TEXTURE_2D, cells);
   bind_texture(TextureUnit::references, GL_TEXTURE_2D, reference_lists);
-  bind_texture(TextureUnit::views, GL_TEXTURE_2D, views);
+  bind_texture(TextureUnit::views, GL_TEXTURE_2D, views.texture());
   bind_texture(TextureUnit::tile_slots, GL_TEXTURE_2D, photographs.tile_slots());
 }
 
@@ -403,7 +411,8 @@ Renderer::Renderer(Renderer&&) noexcept = default;
 Renderer& Renderer::operator=(Renderer&&) noexcept = default;
 
 RendererWork Renderer::work() const {
-  return {state_->meshes, state_->photographs.color_bytes(), state_->photographs.depth_bytes()};
+  const PhotographArray& photographs = state_->photographs;
+  return {state_->meshes, photographs.color_bytes(), photographs.mask_bytes(), photographs.depth_bytes()};
 }
 
 void Renderer::set_options(const RendererOptions& steps) {
@@ -430,8 +439,8 @@ void Renderer::load(const Snapshot& snapshot) {
   state.take_tables(snapshot);
   state.cubic_levels = cubic_levels(snapshot.tiles.options);
   state.photographs.load(snapshot, state.steps.blocks.value_or(!draws_in_software()));
-  state.views = table_of(kVectors, view_table(snapshot, state.photographs), "numbers of its views");
-  state.nearby_exposure = NearbyExposure(snapshot);
+  state.views.store(std::as_bytes(std::span<const glm::vec4>(view_table(snapshot, state.photographs))));
+  state.nearby_exposure.follow(snapshot);
   state.loaded = true;
 }
 

@@ -34,8 +34,9 @@ struct RendererOptions {
 // Counts of the work that a renderer has done since it was made.
 struct RendererWork {
   std::uint64_t meshes = 0;       // made of a surface and its zones, and copied to the GPU
-  std::uint64_t color_bytes = 0;  // photographs with their validity, copied to the GPU
-  std::uint64_t depth_bytes = 0;  // their depths
+  std::uint64_t color_bytes = 0;  // photographs, with their validity and their coarser levels, copied to the GPU
+  std::uint64_t mask_bytes = 0;   // validity alone, and the coarser levels, which it weighs
+  std::uint64_t depth_bytes = 0;  // depths
 };
 
 class Renderer {
@@ -48,8 +49,10 @@ class Renderer {
   Renderer(Renderer&&) noexcept;
   Renderer& operator=(Renderer&&) noexcept;
 
-  // Copies the snapshot to the GPU in place of an earlier one. Tiles whose colours and validity, or whose depths, are
-  // the same bytes as before in their tile place are not copied again, nor is the mesh of the same surface. Arrays that
+  // Copies the snapshot to the GPU in place of an earlier one. Of a view that has moved its state is copied, some
+  // hundred bytes; for another mask validity, coarser levels and depths are, and no photograph (unless its texels are
+  // compressed). What is the same bytes as before in its tile place is not copied again, nor is the mesh of the same
+  // surface. Vertex colours are made, if the snapshot has not made them, with the next picture. Arrays that
   // have become too small grow by a quarter, which is more than array_bytes() says, and are given back when less than
   // half of them is needed. From the second snapshot of a surface on, cells are not joined (RendererOptions), nor are
   // those of any later surface once a store has changed under one, so that a store may change as often as it likes.

@@ -13,6 +13,8 @@ extern const std::string_view k_blend_frag;
 extern const std::string_view k_diagnose_frag;
 extern const std::string_view k_silhouettes_frag;
 extern const std::string_view k_present_frag;
+extern const std::string_view k_mask_vert;
+extern const std::string_view k_mask_frag;
 extern const std::string_view k_visibility_vert;
 extern const std::string_view k_visibility_frag;
 

@@ -31,7 +31,7 @@ void grow_to_blocks(std::vector<std::uint8_t>& mask, std::uint32_t width, std::u
 // Black where no tile is resident.
 Photograph resident_part(const Snapshot& snapshot, std::uint32_t slot, ImageFormat format) {
   const StoredView& view = *snapshot.views[slot];
-  Photograph part = view.photograph;
+  Photograph part = *view.photograph;
   if (snapshot.tiles.whole_views()) return part;
   std::vector<std::uint8_t> resident = snapshot.tiles.resident_pixels(slot, view.camera);
   if (format != ImageFormat::png) grow_to_blocks(resident, view.camera.width, view.camera.height);
@@ -60,9 +60,9 @@ std::vector<ModelImage> images_of(const Snapshot& snapshot, const ImageCoding& p
     const StoredView& view = *snapshot.views[slot];
     const std::string name = numbered(number++);
     images.push_back({ModelImageKind::photograph, slot, {name, ending(photographs.format)}, photographs});
-    if (!view.photograph.valid.empty())
+    if (!view.photograph->valid.empty())
       images.push_back({ModelImageKind::lens_mask, slot, {name + "-lens", ".png"}, {}});
-    if (!view.trust.empty()) images.push_back({ModelImageKind::trust_mask, slot, {name + "-trust", ".png"}, {}});
+    if (!view.mask->trust.empty()) images.push_back({ModelImageKind::trust_mask, slot, {name + "-trust", ".png"}, {}});
   }
   return images;
 }
@@ -75,9 +75,9 @@ std::vector<std::uint8_t> encoded(const ModelImage& image, const Snapshot& snaps
   const StoredView& view = *snapshot.views[image.slot];
   switch (image.kind) {
     case ModelImageKind::lens_mask:
-      return encode_image(grey_image(view.camera, view.photograph.valid), image.coding);
+      return encode_image(grey_image(view.camera, view.photograph->valid), image.coding);
     case ModelImageKind::trust_mask:
-      return encode_image(grey_image(view.camera, view.trust), image.coding);
+      return encode_image(grey_image(view.camera, view.mask->trust), image.coding);
     case ModelImageKind::photograph:
       break;
   }

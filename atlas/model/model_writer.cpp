@@ -230,8 +230,9 @@ void add_far_mesh(tinygltf::Model& model, const Snapshot& snapshot) {
   written.cells = split_vertices(far.mesh.faces, far.mesh.positions.size(),
                                  [&](std::size_t face, int) { return near_cells + far.cells.cell_of_face[face]; });
   written.faces = std::move(written.cells.faces);
-  const auto first = snapshot.vertex_colors.end() - static_cast<std::ptrdiff_t>(far.mesh.positions.size());
-  add_mesh(model, far.mesh, {first, snapshot.vertex_colors.end()}, written);
+  const FallbackColors::Colors& colors = snapshot.vertex_colors.get();
+  const auto first = colors.end() - static_cast<std::ptrdiff_t>(far.mesh.positions.size());
+  add_mesh(model, far.mesh, {first, colors.end()}, written);
 }
 
 // Adds the scene, whose only node refers to the first mesh.
@@ -545,7 +546,7 @@ tinygltf::Model model_of(const Snapshot& snapshot, const std::vector<ModelImage>
   model.buffers.emplace_back();
   const Surface near = near_surface(*snapshot.surface);
   const WrittenMesh mesh = written_mesh(near, texture);
-  add_mesh(model, near.mesh, snapshot.vertex_colors, mesh);
+  add_mesh(model, near.mesh, snapshot.vertex_colors.get(), mesh);
   add_far_mesh(model, snapshot);
   add_scene(model);
   if (texture) add_texture(model, images.size());

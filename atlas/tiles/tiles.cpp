@@ -103,7 +103,7 @@ class ShownInRow {
  private:
   [[nodiscard]] std::optional<std::uint32_t> cell_at(std::size_t pixel) const {
     const std::uint32_t face = face_[pixel];
-    if (view_.validity[pixel] == 0 || face == kNoFace) return std::nullopt;
+    if (view_.mask->validity[pixel] == 0 || face == kNoFace) return std::nullopt;
     if (face < cells_.cell_of_face.size()) return cells_.cell_of_face[face];
     throw std::invalid_argument("tiles: view " + view_.name + " shows face " + std::to_string(face) +
                                 ", the mesh has " + std::to_string(cells_.cell_of_face.size()));
@@ -191,7 +191,7 @@ std::vector<ShownCell> shown_cells(const StoredView& view, std::span<const std::
   check(options);
   if (options.whole_views()) return {};
   require_count(view, "face", face.size());
-  require_count(view, "validity", view.validity.size());
+  require_count(view, "validity", view.mask->validity.size());
   const TileGrid grid(view.camera.width, view.camera.height, options.tile_px);
   const ShownInRow shown_in_row(view, face, cells, grid, options);
   std::vector<std::vector<ShownCell>> rows(grid.rows);
@@ -225,15 +225,22 @@ void require_shown_cells_of(const std::string& view, const Camera& camera, std::
   }
 }
 
-TiledView make_tiled_view(std::string name, const Camera& camera, Photograph photograph, VisibilityBuffer visible,
-                          const Cells& cells, const TileOptions& layout, const ValidityOptions& options,
-                          std::vector<std::uint8_t> trust) {
+TiledView make_tiled_view(std::string name, const Camera& camera, std::shared_ptr<const Photograph> photograph,
+                          VisibilityBuffer visible, const Cells& cells, const TileOptions& layout,
+                          const ValidityOptions& options, std::vector<std::uint8_t> trust) {
   const std::vector<std::uint32_t> face = std::move(visible.face);
   TiledView tiled;
   tiled.view =
       make_stored_view(std::move(name), camera, std::move(photograph), std::move(visible), options, std::move(trust));
   tiled.shown = shown_cells(tiled.view, face, cells, layout);
   return tiled;
+}
+
+TiledView make_tiled_view(std::string name, const Camera& camera, Photograph photograph, VisibilityBuffer visible,
+                          const Cells& cells, const TileOptions& layout, const ValidityOptions& options,
+                          std::vector<std::uint8_t> trust) {
+  return make_tiled_view(std::move(name), camera, std::make_shared<const Photograph>(std::move(photograph)),
+                         std::move(visible), cells, layout, options, std::move(trust));
 }
 
 bool TileTable::resident(std::uint32_t view, const Camera& camera, double x, double y) const {

@@ -100,6 +100,10 @@ struct TiledView {
   std::vector<ShownCell> shown;
 };
 // Like make_stored_view(), with shown_cells() of its result. Throws as both do.
+[[nodiscard]] TiledView make_tiled_view(std::string name, const Camera& camera,
+                                        std::shared_ptr<const Photograph> photograph, VisibilityBuffer visible,
+                                        const Cells& cells, const TileOptions& layout, const ValidityOptions& options,
+                                        std::vector<std::uint8_t> trust = {});
 [[nodiscard]] TiledView make_tiled_view(std::string name, const Camera& camera, Photograph photograph,
                                         VisibilityBuffer visible, const Cells& cells, const TileOptions& layout,
                                         const ValidityOptions& options, std::vector<std::uint8_t> trust = {});

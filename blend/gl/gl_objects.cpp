@@ -72,6 +72,30 @@ GlTexture make_table(const GlTableFormat& format, std::span<const std::byte> ent
   return table;
 }
 
+void GlTable::store(std::span<const std::byte> entries) {
+  if (texture_.get() == 0 || entries.size() != entries_.size()) {
+    texture_ = {};
+    texture_ = make_table(format_, entries, what_);
+    entries_.assign(entries.begin(), entries.end());
+    return;
+  }
+  const auto changed = std::mismatch(entries.begin(), entries.end(), entries_.begin());
+  if (changed.first == entries.end()) return;
+  const auto unchanged = std::mismatch(entries.rbegin(), entries.rend(), entries_.rbegin());
+  const auto first = static_cast<std::size_t>(changed.first - entries.begin()) / format_.entry_bytes;
+  const auto last = static_cast<std::size_t>(unchanged.first.base() - entries.begin() - 1) / format_.entry_bytes;
+  glBindTexture(GL_TEXTURE_2D, texture_.get());
+  glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
+  for (std::size_t row = first / kTableWidth; row <= last / kTableWidth; ++row) {
+    const std::size_t from = std::max(first, row * kTableWidth), to = std::min(last + 1, (row + 1) * kTableWidth);
+    glTexSubImage2D(GL_TEXTURE_2D, 0, static_cast<GLint>(from % kTableWidth), static_cast<GLint>(row),
+                    static_cast<GLsizei>(to - from), 1, format_.format, format_.type,
+                    entries.data() + from * format_.entry_bytes);
+  }
+  check_gl("renewing a table");
+  std::copy(entries.begin(), entries.end(), entries_.begin());
+}
+
 GlTexture make_texture_array(GLenum format, GLsizei width, GLsizei height, GLsizei layers, GLenum filter,
                              GLsizei levels) {
   GLuint name = 0;

@@ -113,6 +113,24 @@ inline constexpr GlTableFormat kVectors{GL_RGBA32F, GL_RGBA, GL_FLOAT, 4 * sizeo
 // are too small.
 [[nodiscard]] GlTexture make_table(const GlTableFormat& format, std::span<const std::byte> entries, const char* what);
 
+// A table that changes: what stays is not copied again.
+class GlTable {
+ public:
+  // `what` names the table in messages, as for make_table(), and outlives it.
+  GlTable(const GlTableFormat& format, const char* what) : format_(format), what_(what) {}
+
+  // Copies the entries from the first to the last that has changed since the call before, or all if there is another
+  // number of them. Throws as make_table().
+  void store(std::span<const std::byte> entries);
+  [[nodiscard]] const GlTexture& texture() const { return texture_; }  // 0 before the first call
+
+ private:
+  GlTableFormat format_;
+  const char* what_;
+  std::vector<std::byte> entries_;  // that the texture holds
+  GlTexture texture_;
+};
+
 // A linear `filter` also interpolates between levels if there are several.
 [[nodiscard]] GlTexture make_texture_array(GLenum format, GLsizei width, GLsizei height, GLsizei layers, GLenum filter,
                                            GLsizei levels = 1);

@@ -4,7 +4,9 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <cstring>
 #include <string>
+#include <utility>
 
 #include "atlas/images/image_levels.h"
 #include "atlas/model/content_digest.h"
@@ -94,8 +96,50 @@ void copy_level(const GlTexture& from, const GlTexture& to, GLint level, std::ui
                      static_cast<GLsizei>(pages));
 }
 
-bool same(const std::weak_ptr<const StoredView>& a, const std::shared_ptr<const StoredView>& b) {
+template <typename Part>
+bool same(const std::weak_ptr<const Part>& a, const std::shared_ptr<const Part>& b) {
   return !a.owner_before(b) && !b.owner_before(a);
+}
+
+std::uint64_t digest_of(std::span<const std::uint8_t> bytes) {
+  return content_digest(std::as_bytes(bytes));
+}
+
+std::uint64_t digest_of_colors(std::vector<std::uint8_t> rgba) {
+  for (std::size_t alpha = 3; alpha < rgba.size(); alpha += 4) rgba[alpha] = 0;
+  return digest_of(rgba);
+}
+
+std::vector<std::uint8_t> validity_of(const ImageLevel& level) {
+  std::vector<std::uint8_t> validity(level.rgba.size() / 4);
+  for (std::size_t texel = 0; texel < validity.size(); ++texel) validity[texel] = level.rgba[4 * texel + 3];
+  return validity;
+}
+
+// Appends the rows of a part of an image; what lies beyond the image has no values.
+template <typename T>
+void add_part(std::span<const T> values, const Camera& image, const ImageRect& part, std::vector<std::byte>& bytes) {
+  const std::int64_t left = std::max<std::int64_t>(part.x, 0), top = std::max<std::int64_t>(part.y, 0);
+  const std::int64_t right = std::min<std::int64_t>(part.x + part.width, image.width);
+  const std::int64_t bottom = std::min<std::int64_t>(part.y + part.height, image.height);
+  for (std::int64_t y = top; y < bottom && left < right; ++y) {
+    const auto row = std::as_bytes(
+        values.subspan(static_cast<std::size_t>(y * image.width + left), static_cast<std::size_t>(right - left)));
+    bytes.insert(bytes.end(), row.begin(), row.end());
+  }
+}
+
+// Returns a digest of all that depth_block() looks at in a part of a view.
+std::uint64_t digest_of_depths(const StoredView& view, const ImageRect& part, float scale) {
+  std::vector<std::byte> bytes(sizeof(scale));
+  bytes.reserve(sizeof(scale) + 6 * std::size_t{part.width + 2} * (part.height + 2));
+  std::memcpy(bytes.data(), &scale, sizeof(scale));
+  add_part<std::uint8_t>(view.mask->validity, view.camera, {part.x - 1, part.y - 1, part.width + 2, part.height + 2},
+                         bytes);
+  for (std::size_t i = sizeof(scale); i < bytes.size(); ++i) bytes[i] = std::byte{bytes[i] != std::byte{0}};
+  add_part<float>(view.mask->depth, view.camera, part, bytes);
+  if (!view.mask->rim.empty()) add_part<std::uint8_t>(view.mask->rim, view.camera, part, bytes);
+  return content_digest(bytes);
 }
 
 }  // namespace
@@ -233,16 +277,17 @@ void PhotographArray::load(const Snapshot& snapshot, bool blocks) {
   for (std::size_t first = 0; first < missing.size(); first += at_once) {
     const std::size_t end = std::min(first + at_once, missing.size());
     tbb::parallel_for(first, end, [&](std::size_t i) { prepare(missing[i], *snapshot.views[missing[i].view]); });
+    // Should copying fail, it is not known what the tile places hold.
+    for (std::size_t i = first; i < end; ++i) held_[missing[i].slot] = {};
+    copy(std::span(missing).subspan(first, end - first));
     for (std::size_t i = first; i < end; ++i) {
-      copy(missing[i]);
-      held_[missing[i].slot] = {snapshot.views[missing[i].view], missing[i].tile, missing[i].color_digest,
-                                missing[i].depth_digest};
+      const StoredView& view = *snapshot.views[missing[i].view];
+      held_[missing[i].slot] = {view.photograph, view.mask, missing[i].tile, missing[i].digests};
       missing[i] = {};
     }
   }
   check_gl("uploading photographs");
-  tile_slots_ = make_table({GL_R32UI, GL_RED_INTEGER, GL_UNSIGNED_INT, sizeof(std::uint32_t)},
-                           std::as_bytes(std::span<const std::uint32_t>(slots)), "tiles");
+  tile_slots_.store(std::as_bytes(std::span<const std::uint32_t>(slots)));
 }
 
 // Those that are resident, but not in their slots yet.
@@ -256,8 +301,11 @@ std::vector<PhotographArray::Upload> PhotographArray::missing_tiles(const Snapsh
       if (slots[number] == kNotResident) continue;
       const std::uint32_t tile = number - first_tile_[view];
       const Held& held = held_[slots[number]];
-      if (same(held.view, snapshot.views[view]) && held.tile == tile) continue;
-      missing.push_back({slots[number], view, tile, 0, 0, {}, {}});
+      if (same(held.photograph, snapshot.views[view]->photograph) && same(held.mask, snapshot.views[view]->mask) &&
+          held.tile == tile) {
+        continue;
+      }
+      missing.push_back({slots[number], view, tile, {}, {}, {}, {}});
     }
   }
   return missing;
@@ -266,8 +314,8 @@ std::vector<PhotographArray::Upload> PhotographArray::missing_tiles(const Snapsh
 void PhotographArray::measure_depths(const Snapshot& snapshot) {
   scaled_.resize(snapshot.views.size());
   for (std::size_t view = 0; view < scaled_.size(); ++view) {
-    if (!snapshot.views[view] || same(scaled_[view].view, snapshot.views[view])) continue;
-    scaled_[view] = {snapshot.views[view], lumatlas::depth_scale(*snapshot.views[view])};
+    if (!snapshot.views[view] || same(scaled_[view].mask, snapshot.views[view]->mask)) continue;
+    scaled_[view] = {snapshot.views[view]->mask, lumatlas::depth_scale(*snapshot.views[view])};
   }
 }
 
@@ -277,23 +325,23 @@ void PhotographArray::prepare(Upload& upload, const StoredView& view) const {
   const ImageRect rect{std::int64_t{left} - gutter_, std::int64_t{top} - gutter_, shape_.slot_width,
                        shape_.slot_height};
   prepare_levels(upload, view, rect);
-  for (std::uint32_t row = 0; row < shape_.depth_rows; ++row) {
-    for (std::uint32_t column = 0; column < shape_.depth_columns; ++column) {
-      upload.depth.push_back(
-          depth_block(view, left + kDepthBlockSide * column, top + kDepthBlockSide * row, scaled_[upload.view].scale));
-    }
-  }
-  upload.depth_digest = content_digest(std::as_bytes(std::span<const DepthBlock>(upload.depth)));
-  if (held_[upload.slot].depth == upload.depth_digest) upload.depth.clear();
+  prepare_depths(upload, view, left, top);
 }
 
-// Leaves the levels empty where the slot holds the same finest one, from which all others follow.
+// Leaves empty what the tile place holds already. All levels follow from the finest one, and of its colours and
+// validities either may be the same.
 void PhotographArray::prepare_levels(Upload& upload, const StoredView& view, const ImageRect& rect) const {
-  upload.color_digest =
-      content_digest(std::as_bytes(std::span<const std::uint8_t>(image_levels(view, rect, 1).front().rgba)));
-  if (held_[upload.slot].color == upload.color_digest) return;
-  for (ImageLevel& level : image_levels(view, rect, shape_.levels)) {
-    if (stored_format_ == TexelFormat::rgb8) {
+  const Held& held = held_[upload.slot];
+  ImageLevel finest = std::move(image_levels(view, rect, 1).front());
+  std::vector<std::uint8_t> validity = validity_of(finest);
+  const bool same_photograph = same(held.photograph, view.photograph) && held.tile == upload.tile;
+  upload.digests.color = same_photograph ? held.digests.color : digest_of_colors(finest.rgba);
+  upload.digests.validity = digest_of(validity);
+  const bool same_colors = held.digests.color == upload.digests.color;
+  if (same_colors && held.digests.validity == upload.digests.validity) return;
+  const bool in_blocks = stored_format_ != TexelFormat::rgb8;
+  for (ImageLevel& level : with_coarser_levels(std::move(finest), shape_.levels)) {
+    if (!in_blocks) {
       upload.levels.push_back(std::move(level.rgba));
       continue;
     }
@@ -301,18 +349,52 @@ void PhotographArray::prepare_levels(Upload& upload, const StoredView& view, con
     const bool as_they_are = shape_.format == stored_format_;
     upload.levels.push_back(as_they_are ? std::move(blocks) : decompressed(level.width, level.height, blocks).rgba);
   }
+  if (in_blocks || !same_colors) return;
+  upload.levels.front().clear();
+  upload.validity = std::move(validity);
 }
 
-void PhotographArray::copy(const Upload& upload) {
-  uploaded_ += upload.levels.empty() && upload.depth.empty() ? 0 : 1;
+void PhotographArray::prepare_depths(Upload& upload, const StoredView& view, std::uint32_t left,
+                                     std::uint32_t top) const {
+  const float scale = scaled_[upload.view].scale;
+  const ImageRect part{left, top, kDepthBlockSide * shape_.depth_columns, kDepthBlockSide * shape_.depth_rows};
+  upload.digests.depth = digest_of_depths(view, part, scale);
+  if (held_[upload.slot].digests.depth == upload.digests.depth) return;
+  for (std::uint32_t row = 0; row < shape_.depth_rows; ++row) {
+    for (std::uint32_t column = 0; column < shape_.depth_columns; ++column) {
+      upload.depth.push_back(depth_block(view, left + kDepthBlockSide * column, top + kDepthBlockSide * row, scale));
+    }
+  }
+}
+
+PhotographArray::Place PhotographArray::place_of(std::uint32_t slot) const {
   const std::uint32_t in_page = shape_.columns * shape_.rows;
-  const auto page = static_cast<GLint>(upload.slot / in_page);
-  const std::uint32_t column = upload.slot % in_page % shape_.columns, row = upload.slot % in_page / shape_.columns;
-  const auto x = static_cast<GLint>(column * shape_.slot_width), y = static_cast<GLint>(row * shape_.slot_height);
+  return {slot % in_page % shape_.columns * shape_.slot_width, slot % in_page / shape_.columns * shape_.slot_height,
+          slot / in_page};
+}
+
+void PhotographArray::copy(std::span<const Upload> uploads) {
+  std::vector<PlacedMask> masks;
+  for (const Upload& upload : uploads) {
+    uploaded_ += upload.levels.empty() && upload.depth.empty() ? 0 : 1;
+    copy_levels(upload);
+    copy_depths(upload);
+    if (upload.validity.empty()) continue;
+    const Place place = place_of(upload.slot);
+    masks.push_back({place.x, place.y, place.page, upload.validity});
+    mask_bytes_ += upload.validity.size();
+  }
+  if (!masks.empty()) mask_pass_.write(photographs_, shape_.slot_width, shape_.slot_height, masks);
+}
+
+void PhotographArray::copy_levels(const Upload& upload) {
+  const Place place = place_of(upload.slot);
+  const auto x = static_cast<GLint>(place.x), y = static_cast<GLint>(place.y), page = static_cast<GLint>(place.page);
   glBindTexture(GL_TEXTURE_2D_ARRAY, photographs_.get());
   for (GLint number = 0; number < static_cast<GLint>(upload.levels.size()); ++number) {
     const std::vector<std::uint8_t>& level = upload.levels[static_cast<std::size_t>(number)];
-    color_bytes_ += level.size();
+    if (level.empty()) continue;
+    (upload.validity.empty() ? color_bytes_ : mask_bytes_) += level.size();
     const auto width = static_cast<GLsizei>(shape_.slot_width >> number);
     const auto height = static_cast<GLsizei>(shape_.slot_height >> number);
     if (shape_.format == TexelFormat::bc7) {
@@ -323,12 +405,17 @@ void PhotographArray::copy(const Upload& upload) {
                       GL_UNSIGNED_BYTE, level.data());
     }
   }
+}
+
+void PhotographArray::copy_depths(const Upload& upload) {
   if (upload.depth.empty()) return;
   depth_bytes_ += kDepthBlockBytes * upload.depth.size();
+  const Place place = place_of(upload.slot);
   glBindTexture(GL_TEXTURE_2D_ARRAY, depths_.get());
-  glTexSubImage3D(GL_TEXTURE_2D_ARRAY, 0, static_cast<GLint>(column * shape_.depth_columns),
-                  static_cast<GLint>(row * shape_.depth_rows), page, static_cast<GLsizei>(shape_.depth_columns),
-                  static_cast<GLsizei>(shape_.depth_rows), 1, GL_RGBA_INTEGER, GL_UNSIGNED_INT, upload.depth.data());
+  glTexSubImage3D(GL_TEXTURE_2D_ARRAY, 0, static_cast<GLint>(place.x / shape_.slot_width * shape_.depth_columns),
+                  static_cast<GLint>(place.y / shape_.slot_height * shape_.depth_rows), static_cast<GLint>(place.page),
+                  static_cast<GLsizei>(shape_.depth_columns), static_cast<GLsizei>(shape_.depth_rows), 1,
+                  GL_RGBA_INTEGER, GL_UNSIGNED_INT, upload.depth.data());
 }
 
 }  // namespace lumatlas

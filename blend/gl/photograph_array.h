@@ -2,7 +2,8 @@
 // Internal to blend/: the photographs of a snapshot on the GPU, as tiles in the tile places of a texture array or, as
 // the baseline, one whole view per layer. Both are looked up in the same way: view -> tile -> tile place -> texel.
 //
-// Colour (sRGB) with validity as alpha has coarser levels, within a tile place as far as its gutter allows. Depth and
+// Colour (sRGB) with validity as alpha has coarser levels, within a tile place as far as its gutter allows. Their
+// colours are means weighted by validity, so that they belong to the mask as much as to the photograph. Depth and
 // rims have none, and no gutter, because they are asked for at pixels and not between them: see atlas/depth_blocks.h.
 #pragma once
 
@@ -18,6 +19,7 @@
 #include "atlas/snapshot.h"
 #include "atlas/tiles/texel_format.h"
 #include "blend/gl/gl_objects.h"
+#include "blend/gl/mask_pass.h"
 
 namespace lumatlas {
 
@@ -65,8 +67,10 @@ struct ArrayLimits {
 class PhotographArray {
  public:
   // Copies the parts of the snapshot to the GPU that are not there yet. A tile that stays is not copied. For a tile
-  // whose view was replaced, only changed bytes are: colours with validity, or depths. An array that becomes too small
-  // is replaced by one with a quarter more pages, if the driver copies textures. Throws GlError if a limit of the
+  // whose view has another part, only what changed with it is: with a photograph all levels; with a mask validity, the
+  // coarser levels and depths; with a pose nothing. Compressed texels hold colour and validity in one block, so that
+  // all levels are copied for a mask, too. An array that becomes too small is replaced by one with a quarter more
+  // pages, if the driver copies textures. Expects the state that GlStateGuard sets. Throws GlError if a limit of the
   // driver is exceeded, naming the limit, the number and what to do; the former contents are then gone. If
   // array_shape() has another format than the snapshot, texels are compressed and decompressed again, so that pictures
   // are the same.
@@ -75,7 +79,7 @@ class PhotographArray {
   // The textures that shaders/photographs.glsl reads: photographs, their depths in blocks, and the place of each tile.
   [[nodiscard]] const GlTexture& photographs() const { return photographs_; }
   [[nodiscard]] const GlTexture& depths() const { return depths_; }
-  [[nodiscard]] const GlTexture& tile_slots() const { return tile_slots_; }
+  [[nodiscard]] const GlTexture& tile_slots() const { return tile_slots_.texture(); }
   // The size of a tile without the gutter, pixels.
   [[nodiscard]] glm::uvec2 tile_size() const { return {tile_width_, tile_height_}; }
   [[nodiscard]] std::uint32_t gutter() const { return gutter_; }
@@ -85,38 +89,53 @@ class PhotographArray {
   [[nodiscard]] std::uint32_t columns_of(const StoredView& view) const;
   // The unit of a view's stored depths: a power of two near its median depth.
   [[nodiscard]] float depth_scale(std::uint32_t view) const { return scaled_[view].scale; }
-  // Slots of which the last load() copied colours or depths.
+  // Slots of which the last load() copied colours, masks or depths.
   [[nodiscard]] std::uint32_t uploaded_slots() const { return uploaded_; }
   // Bytes that all calls of load() together have copied to the GPU.
   [[nodiscard]] std::uint64_t color_bytes() const { return color_bytes_; }
+  [[nodiscard]] std::uint64_t mask_bytes() const { return mask_bytes_; }
   [[nodiscard]] std::uint64_t depth_bytes() const { return depth_bytes_; }
 
  private:
-  // The contents of a tile place. The view may be gone from memory.
+  // Digests of what a tile place holds: the finest level's colours, its validities, and what the depths are made of.
+  struct Digests {
+    std::optional<std::uint64_t> color, validity, depth;
+  };
+  // The contents of a tile place. The parts of the view may be gone from memory.
   struct Held {
-    std::weak_ptr<const StoredView> view;
+    std::weak_ptr<const Photograph> photograph;
+    std::weak_ptr<const ViewMask> mask;
     std::uint32_t tile = 0;
-    std::optional<std::uint64_t> color, depth;  // digests of the finest level and of the blocks of depth
+    Digests digests;
   };
   struct Scaled {
-    std::weak_ptr<const StoredView> view;
+    std::weak_ptr<const ViewMask> mask;
     float scale = 1;
   };
 
   void allocate(const ArrayShape& shape);
   [[nodiscard]] bool grow(const ArrayShape& needed);
   void measure_depths(const Snapshot& snapshot);
-  // A tile for a tile place, and what is copied there. Levels or depths that the tile place holds already are empty.
+  // A tile for a tile place, and what is copied there. What the tile place holds already is empty.
   struct Upload {
     std::uint32_t slot, view, tile;
-    std::uint64_t color_digest = 0, depth_digest = 0;
-    std::vector<std::vector<std::uint8_t>> levels;  // texels or blocks, in the array's format
+    Digests digests;
+    std::vector<std::vector<std::uint8_t>> levels;  // texels or blocks, in the array's format; the finest may be empty
+    std::vector<std::uint8_t> validity;             // of the finest level, where its colours stay
     std::vector<DepthBlock> depth;
   };
+  // The first texel of a tile place.
+  struct Place {
+    std::uint32_t x, y, page;
+  };
   [[nodiscard]] std::vector<Upload> missing_tiles(const Snapshot& snapshot, std::span<const std::uint32_t> slots) const;
+  [[nodiscard]] Place place_of(std::uint32_t slot) const;
   void prepare(Upload& upload, const StoredView& view) const;
   void prepare_levels(Upload& upload, const StoredView& view, const ImageRect& rect) const;
-  void copy(const Upload& upload);
+  void prepare_depths(Upload& upload, const StoredView& view, std::uint32_t left, std::uint32_t top) const;
+  void copy_levels(const Upload& upload);
+  void copy_depths(const Upload& upload);
+  void copy(std::span<const Upload> uploads);
 
   ArrayShape shape_;
   TexelFormat stored_format_ = TexelFormat::rgb8;  // the snapshot's, whatever the driver takes
@@ -125,8 +144,10 @@ class PhotographArray {
   std::vector<Held> held_;                 // one per tile place
   std::vector<Scaled> scaled_;             // one per view
   std::uint32_t uploaded_ = 0;
-  std::uint64_t color_bytes_ = 0, depth_bytes_ = 0;
-  GlTexture photographs_, depths_, tile_slots_;
+  std::uint64_t color_bytes_ = 0, mask_bytes_ = 0, depth_bytes_ = 0;
+  GlTexture photographs_, depths_;
+  GlTable tile_slots_{kNumbers, "tiles"};
+  MaskPass mask_pass_;
 };
 
 }  // namespace lumatlas

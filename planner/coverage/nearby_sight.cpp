@@ -37,10 +37,11 @@ class DepthImage {
     const std::size_t right = std::min<std::size_t>(left + 1, view_.camera.width - 1);
     const std::size_t bottom = std::min<std::size_t>(top + 1, view_.camera.height - 1);
     const std::size_t width = view_.camera.width;
-    const std::array<float, 4> z = {view_.depth[top * width + left], view_.depth[top * width + right],
-                                    view_.depth[bottom * width + left], view_.depth[bottom * width + right]};
+    const std::array<float, 4> z = {view_.mask->depth[top * width + left], view_.mask->depth[top * width + right],
+                                    view_.mask->depth[bottom * width + left],
+                                    view_.mask->depth[bottom * width + right]};
     const auto [nearest, farthest] = std::minmax_element(z.begin(), z.end());
-    if (!(*farthest - *nearest <= kSmooth * *nearest)) return view_.depth[*pixel_at(image)];
+    if (!(*farthest - *nearest <= kSmooth * *nearest)) return view_.mask->depth[*pixel_at(image)];
     const float above = (1 - across) / z[0] + across / z[1];
     const float below = (1 - across) / z[2] + across / z[3];
     return 1 / ((1 - down) * above + down * below);

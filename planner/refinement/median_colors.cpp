@@ -57,15 +57,15 @@ std::size_t pixel_at(const StoredView& view, const glm::dvec2& image) {
 
 // Returns whether the photograph's pixel may be used: the lens shows it, and other views do not contradict it.
 bool is_usable(const StoredView& view, std::size_t pixel) {
-  return (view.photograph.valid.empty() || view.photograph.valid[pixel] != 0) &&
-         (view.trust.empty() || view.trust[pixel] >= kLeastValidity);
+  return (view.photograph->valid.empty() || view.photograph->valid[pixel] != 0) &&
+         (view.mask->trust.empty() || view.mask->trust[pixel] >= kLeastValidity);
 }
 
 // Neither occluded nor masked.
 bool shows_well(const StoredView& view, const Sighting& seen) {
   const std::size_t pixel = pixel_at(view, seen.made.image);
-  if (view.validity[pixel] < kLeastValidity) return false;
-  if (seen.made.z > static_cast<double>(view.depth[pixel]) * (1 + kOcclusionTolerance)) return false;
+  if (view.mask->validity[pixel] < kLeastValidity) return false;
+  if (seen.made.z > static_cast<double>(view.mask->depth[pixel]) * (1 + kOcclusionTolerance)) return false;
   const std::size_t shown = pixel_at(view, seen.at.image);
   return shown == pixel || is_usable(view, shown);
 }
@@ -73,8 +73,8 @@ bool shows_well(const StoredView& view, const Sighting& seen) {
 // See Pyramid::prefetch().
 void prefetch(const ComparedView& other, const Sighting& seen) {
   const std::size_t pixel = pixel_at(*other.view, seen.made.image);
-  __builtin_prefetch(&other.view->validity[pixel]);
-  __builtin_prefetch(&other.view->depth[pixel]);
+  __builtin_prefetch(&other.view->mask->validity[pixel]);
+  __builtin_prefetch(&other.view->mask->depth[pixel]);
   other.pyramid.prefetch(0, seen.at.image);
 }
 

@@ -81,7 +81,7 @@ double shift_px(const Camera& from, const Camera& to, double depth) {
 }
 
 VisibilityBuffer visibility_of(const StoredView& view, std::span<const SeenFaces> runs) {
-  return {view.camera.width, view.camera.height, view.depth, faces_of(runs)};
+  return {view.camera.width, view.camera.height, view.mask->depth, faces_of(runs)};
 }
 
 // One of kBriefShare. Samples come in pairs of a steep and a central one, mostly: now the one is taken, now the other.
@@ -231,8 +231,8 @@ void Refiner::stored(std::uint32_t slot, const Camera& given, const Refinement& 
     refiner_requires.is_below(ratio.slot, views_.size(), "a ratio's slot", "the atlas's capacity");
   }
   if (!face.empty())
-    refiner_requires.has_size(face.size(), view->depth.size(), "face", "the number of the view's pixels");
-  const Photograph& photograph = view->photograph;
+    refiner_requires.has_size(face.size(), view->mask->depth.size(), "face", "the number of the view's pixels");
+  const Photograph& photograph = *view->photograph;
   samples_[slot].reset();
   if (refinement.prepared) {
     const PreparedView& prepared = *refinement.prepared;
@@ -288,7 +288,7 @@ void Refiner::balance_exposures() {
   }
 }
 
-void Refiner::replace(std::uint32_t slot, const Camera& camera, Photograph photograph,
+void Refiner::replace(std::uint32_t slot, const Camera& camera, std::shared_ptr<const Photograph> photograph,
                       std::vector<std::uint8_t> trust) {
   const StoredView& old = *views_[slot]->view;
   const bool sees_the_same = !seen_[slot].empty() && same_pose(camera, old.camera);
@@ -315,19 +315,19 @@ bool Refiner::depth_stands(std::uint32_t slot) const {
 
 void Refiner::move(std::uint32_t slot, const Camera& camera) {
   views_[slot]->camera = camera;
-  if (!depth_stands(slot)) replace(slot, views_[slot]->view->trust);
+  if (!depth_stands(slot)) replace(slot, views_[slot]->view->mask->trust);
 }
 
 void Refiner::replaced(std::uint32_t slot) {
   refiner_requires.is_below(slot, views_.size(), "slot", "the atlas's capacity");
   if (!views_[slot]) return;
-  const Photograph &before = views_[slot]->view->photograph, &now = atlas_.view(slot)->photograph;
+  const Photograph &before = *views_[slot]->view->photograph, &now = *atlas_.view(slot)->photograph;
   if (before.width != now.width || before.height != now.height) {
     erased(slot);
     return;
   }
   views_[slot]->view = atlas_.view(slot);
-  views_[slot]->pyramid.refer_to(views_[slot]->view->photograph);
+  views_[slot]->pyramid.refer_to(*views_[slot]->view->photograph);
   seen_[slot].clear();
 }
 
@@ -338,7 +338,7 @@ void Refiner::mask(std::uint32_t slot) {
   std::vector<std::uint8_t> trust =
       trust_mask(camera, view.pyramid, view.gain, sight_of(slot, camera.shrunk_to(options_.trust.grid_px)), atlas_,
                  views_, slot, options_.trust);
-  if (trust != view.view->trust) replace(slot, std::move(trust));
+  if (trust != view.view->mask->trust) replace(slot, std::move(trust));
 }
 
 void Refiner::settle() {
@@ -347,7 +347,7 @@ void Refiner::settle() {
     may_interrupt(options_.interruption_point);
     if (options_.trust.enabled) mask(slot);
     const ComparedView& view = *views_[slot];
-    if (!same_pose(view.camera, view.view->camera)) replace(slot, view.view->trust);
+    if (!same_pose(view.camera, view.view->camera)) replace(slot, view.view->mask->trust);
   }
 }
 
@@ -358,8 +358,8 @@ double Refiner::median_depth() const {
   std::vector<float> depths;
   for (const std::optional<ComparedView>& view : views_) {
     if (!view) continue;
-    for (std::size_t pixel = 0; pixel < view->view->depth.size(); pixel += kStride) {
-      if (view->view->depth[pixel] < below) depths.push_back(view->view->depth[pixel]);
+    for (std::size_t pixel = 0; pixel < view->view->mask->depth.size(); pixel += kStride) {
+      if (view->view->mask->depth[pixel] < below) depths.push_back(view->view->mask->depth[pixel]);
     }
   }
   if (depths.empty()) return 1;
@@ -459,7 +459,7 @@ void Refiner::correct_lenses(const LensEstimates& estimates, const CorrectedPhot
       refiner_requires.is_below(slot, views_.size(), "a lens's slot", "the atlas's capacity");
       refiner_requires(views_[slot].has_value(), "a lens's slot", slot, "one that holds a view");
       check(estimates.cameras[slot]);
-      require_photograph_of(views_[slot]->view->name, estimates.cameras[slot], views_[slot]->view->photograph);
+      require_photograph_of(views_[slot]->view->name, estimates.cameras[slot], *views_[slot]->view->photograph);
       if (lens.significant) before_and_after.emplace_back(views_[slot]->camera, estimates.cameras[slot]);
     }
   }
@@ -474,8 +474,8 @@ void Refiner::correct_lenses(const LensEstimates& estimates, const CorrectedPhot
       require_photograph_of(old->name, old->camera, photograph);
       views_[slot]->camera = without(common, estimates.cameras[slot]);
       const Camera& camera = depth_stands(slot) ? old->camera : views_[slot]->camera;
-      replace(slot, camera, std::move(photograph), old->trust);
-      views_[slot]->pyramid = Pyramid(views_[slot]->view->photograph);
+      replace(slot, camera, std::make_shared<const Photograph>(std::move(photograph)), old->mask->trust);
+      views_[slot]->pyramid = Pyramid(*views_[slot]->view->photograph);
       samples_[slot].reset();
     }
   }

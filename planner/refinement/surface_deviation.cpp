@@ -67,8 +67,9 @@ std::optional<PointView> point_view(const StoredView& view, const SurfacePoint& 
     return std::nullopt;
   }
   const std::size_t pixel = static_cast<std::size_t>(image.y) * camera.width + static_cast<std::size_t>(image.x);
-  if (view.validity[pixel] == 0 || cam.z > kSeenDepth * static_cast<double>(view.depth[pixel])) return std::nullopt;
-  if (!view.trust.empty() && view.trust[pixel] < kTrusted) return std::nullopt;
+  if (view.mask->validity[pixel] == 0 || cam.z > kSeenDepth * static_cast<double>(view.mask->depth[pixel]))
+    return std::nullopt;
+  if (!view.mask->trust.empty() && view.mask->trust[pixel] < kTrusted) return std::nullopt;
   const glm::dvec3 direction = glm::normalize(camera.center() - point.position);
   if (std::abs(glm::dot(direction, point.normal)) < kLeastIncidence) return std::nullopt;
   return PointView{&view, direction, cam.z / camera.fx, cam.z};
@@ -130,7 +131,7 @@ class Patch {
         const glm::dvec3 place =
             point.position + pair.second.pixel * (static_cast<double>(x) * right + static_cast<double>(y) * up);
         const glm::dvec2 image = first.image_from_cam(first.cam_from_world(place));
-        shown_.push_back(brightness(pair.first.view->photograph, image));
+        shown_.push_back(brightness(*pair.first.view->photograph, image));
         in_second_.push_back(second.cam_from_world(place));
       }
     }
@@ -152,7 +153,7 @@ class Patch {
     const glm::dvec3 shift = camera.cam_from_world_rotation * (moved * pair_.first.direction);
     double sum = 0, squares = 0, products = 0;
     for (std::size_t i = 0; i < in_second_.size(); ++i) {
-      const double value = brightness(pair_.second.view->photograph, camera.image_from_cam(in_second_[i] + shift));
+      const double value = brightness(*pair_.second.view->photograph, camera.image_from_cam(in_second_[i] + shift));
       sum += value;
       squares += value * value;
       products += value * shown_[i];

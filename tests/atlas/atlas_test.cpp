@@ -13,6 +13,7 @@
 #include <thread>
 #include <vector>
 
+#include "tests/support/view_parts.h"
 #include "tests/support/wall_scenes.h"
 
 namespace lumatlas {
@@ -27,9 +28,9 @@ StoredView tiny_view(const std::string& name) {
   StoredView view;
   view.name = name;
   view.camera = forward_camera(1, 1);
-  view.photograph = {1, 1, {1, 2, 3}, {}};
-  view.depth = {4};
-  view.validity = {255};
+  own_photograph(view) = {1, 1, {1, 2, 3}, {}};
+  own_mask(view).depth = {4};
+  own_mask(view).validity = {255};
   return view;
 }
 
@@ -38,12 +39,12 @@ TEST_CASE("a stored view has the depth that its camera sees and a mask of it") {
   const Camera camera = forward_camera(32, 32);
   const StoredView view = traced_view(*surface, "a", camera, position_photograph(32, 32));
   CHECK(view.name == "a");
-  CHECK(view.photograph.rgb == position_photograph(32, 32).rgb);
-  REQUIRE(view.depth.size() == 32 * 32);
-  CHECK(view.depth[32 * 16 + 16] == Approx(2).epsilon(1e-6));  // the panel; processors round differently
-  CHECK(view.depth[32 * 4 + 4] == Approx(4).epsilon(1e-6));    // the wall
-  CHECK(view.trust.empty());
-  CHECK(view.validity == validity_mask(view.photograph, view.depth, {}, {}));
+  CHECK(view.photograph->rgb == position_photograph(32, 32).rgb);
+  REQUIRE(view.mask->depth.size() == 32 * 32);
+  CHECK(view.mask->depth[32 * 16 + 16] == Approx(2).epsilon(1e-6));  // the panel; processors round differently
+  CHECK(view.mask->depth[32 * 4 + 4] == Approx(4).epsilon(1e-6));    // the wall
+  CHECK(view.mask->trust.empty());
+  CHECK(view.mask->validity == validity_mask(*view.photograph, view.mask->depth, {}, {}));
 }
 
 TEST_CASE("a stored view's parts must be as large as its camera's image") {
@@ -69,12 +70,12 @@ TEST_CASE("a stored view keeps its trust mask, and its validity follows it") {
   std::vector<std::uint8_t> trust(8 * 6, 255);
   trust[8 * 3 + 1] = 0;
   const StoredView view = view_with(trust);
-  CHECK(view.trust == trust);
-  CHECK(view.validity == validity_mask(view.photograph, view.depth, trust, {0.05, 0, 1}));
-  std::vector<std::uint8_t> contradicted_there = view_with({}).validity;
+  CHECK(view.mask->trust == trust);
+  CHECK(view.mask->validity == validity_mask(*view.photograph, view.mask->depth, trust, {0.05, 0, 1}));
+  std::vector<std::uint8_t> contradicted_there = view_with({}).mask->validity;
   REQUIRE(contradicted_there[8 * 3 + 1] == 255);
   contradicted_there[8 * 3 + 1] = 1;
-  CHECK(view.validity == contradicted_there);
+  CHECK(view.mask->validity == contradicted_there);
   trust.pop_back();
   CHECK_THROWS_MATCHES(
       view_with(trust), std::invalid_argument,
@@ -92,18 +93,20 @@ TEST_CASE("a view whose lists are not of its camera's size is refused, and the s
     CHECK(atlas.size() == 1);
     CHECK(atlas.view(0)->name == "old");
   };
-  refused([](StoredView& v) { v.photograph.width = 2; }, "the photograph is 2x1, must be as large as its camera, 1x1");
-  refused([](StoredView& v) { v.photograph.rgb.pop_back(); },
+  refused([](StoredView& v) { own_photograph(v).width = 2; },
+          "the photograph is 2x1, must be as large as its camera, 1x1");
+  refused([](StoredView& v) { own_photograph(v).rgb.pop_back(); },
           "photograph.rgb has 2 values, must have 3 for its camera's image");
   refused(
       [](StoredView& v) {
-        v.photograph.valid = {1, 2};
+        own_photograph(v).valid = {1, 2};
       },
       "photograph.valid has 2 values, must have 1 for its camera's image");
-  refused([](StoredView& v) { v.depth.clear(); }, "depth has 0 values, must have 1 for its camera's image");
-  refused([](StoredView& v) { v.validity.clear(); }, "validity has 0 values, must have 1 for its camera's image");
-  refused([](StoredView& v) { v.trust = {1, 2}; }, "trust has 2 values, must have 1 for its camera's image");
-  refused([](StoredView& v) { v.rim = {1, 2}; }, "rim has 2 values, must have 1 for its camera's image");
+  refused([](StoredView& v) { own_mask(v).depth.clear(); }, "depth has 0 values, must have 1 for its camera's image");
+  refused([](StoredView& v) { own_mask(v).validity.clear(); },
+          "validity has 0 values, must have 1 for its camera's image");
+  refused([](StoredView& v) { own_mask(v).trust = {1, 2}; }, "trust has 2 values, must have 1 for its camera's image");
+  refused([](StoredView& v) { own_mask(v).rim = {1, 2}; }, "rim has 2 values, must have 1 for its camera's image");
   refused([](StoredView& v) { v.camera.fx = 0; }, "camera: fx is 0, must be finite and positive");
 }
 
@@ -553,12 +556,12 @@ TEST_CASE("the books balance after any sequence of surfaces") {
 // Every part of view `number` says which one it is.
 StoredView numbered_view(std::uint32_t number) {
   StoredView view = tiny_view(std::to_string(number));
-  view.depth = {static_cast<float>(number)};
+  own_mask(view).depth = {static_cast<float>(number)};
   return view;
 }
 
 std::uint32_t number_of(const StoredView& view) {
-  return static_cast<std::uint32_t>(view.depth.at(0));
+  return static_cast<std::uint32_t>(view.mask->depth.at(0));
 }
 
 // Replaces views one after the other, as the planner does: references away, view out, view in, references back.

@@ -10,6 +10,7 @@
 #include <limits>
 #include <random>
 #include <vector>
+#include "tests/support/view_parts.h"
 
 namespace lumatlas {
 namespace {
@@ -21,11 +22,12 @@ StoredView view_of(std::uint32_t width, std::uint32_t height, const std::functio
   StoredView view;
   view.camera.width = width;
   view.camera.height = height;
+  ViewMask& mask = own_mask(view);
   for (std::uint32_t y = 0; y < height; ++y) {
-    for (std::uint32_t x = 0; x < width; ++x) view.depth.push_back(depth_at(x, y));
+    for (std::uint32_t x = 0; x < width; ++x) mask.depth.push_back(depth_at(x, y));
   }
-  view.validity.assign(view.depth.size(), 255);
-  view.rim.assign(view.depth.size(), 0);
+  mask.validity.assign(mask.depth.size(), 255);
+  mask.rim.assign(mask.depth.size(), 0);
   return view;
 }
 
@@ -37,10 +39,10 @@ struct Errors {
 Errors errors_of(const StoredView& view) {
   Errors errors;
   const std::vector<BlockPixel> shown = shown_depths(view);
-  REQUIRE(shown.size() == view.depth.size());
+  REQUIRE(shown.size() == view.mask->depth.size());
   for (std::size_t pixel = 0; pixel < shown.size(); ++pixel) {
-    if (view.validity[pixel] == 0) continue;
-    const double ratio = shown[pixel].reciprocal * static_cast<double>(view.depth[pixel]);
+    if (view.mask->validity[pixel] == 0) continue;
+    const double ratio = shown[pixel].reciprocal * static_cast<double>(view.mask->depth[pixel]);
     errors.near = std::max(errors.near, ratio - 1);
     errors.far = std::max(errors.far, 1 - ratio);
   }
@@ -78,11 +80,12 @@ TEST_CASE("of two surfaces in a block each pixel shows its own") {
 
 TEST_CASE("what is not valid takes nothing from what is, and where nothing is, nothing hides") {
   StoredView view = view_of(24, 24, [](double x, double y) { return aslant(x < 12 ? 2 : x < 16 ? 3 : 9, x, y); });
-  for (std::size_t pixel = 0; pixel < view.depth.size(); ++pixel) {
-    if (pixel % 24 >= 12 && pixel % 24 < 16) view.validity[pixel] = 0;  // three surfaces in a block, two of them valid
+  for (std::size_t pixel = 0; pixel < view.mask->depth.size(); ++pixel) {
+    if (pixel % 24 >= 12 && pixel % 24 < 16)
+      own_mask(view).validity[pixel] = 0;  // three surfaces in a block, two of them valid
   }
-  view.depth[5] = kNothing;
-  view.validity[5] = 0;
+  own_mask(view).depth[5] = kNothing;
+  own_mask(view).validity[5] = 0;
   CHECK(errors_of(view).near <= 0);
   CHECK(errors_of(view).far < 0.02);
   const StoredView empty = view_of(9, 3, [](double, double) { return kNothing; });
@@ -105,12 +108,12 @@ TEST_CASE("rims are those of the view on a plane, and none is lost where two sur
   std::mt19937 random(5);
   for (const bool step : {false, true}) {
     StoredView view = view_of(32, 32, [&](double x, double y) { return aslant(step && x > y ? 4 : 2, x, y); });
-    for (std::uint8_t& rim : view.rim) rim = random() % 4 == 0 ? 1 : 0;
+    for (std::uint8_t& rim : own_mask(view).rim) rim = random() % 4 == 0 ? 1 : 0;
     const std::vector<BlockPixel> shown = shown_depths(view);
     std::size_t lost = 0, more = 0;
     for (std::size_t pixel = 0; pixel < shown.size(); ++pixel) {
-      lost += view.at_rim(pixel) && !shown[pixel].at_rim ? 1 : 0;
-      more += !view.at_rim(pixel) && shown[pixel].at_rim ? 1 : 0;
+      lost += view.mask->at_rim(pixel) && !shown[pixel].at_rim ? 1 : 0;
+      more += !view.mask->at_rim(pixel) && shown[pixel].at_rim ? 1 : 0;
     }
     CHECK(lost == 0);
     CHECK((more == 0) == !step);

@@ -91,7 +91,7 @@ TEST_CASE("a snapshot without its far sphere is that of the mesh alone") {
   CHECK(near.references.offsets.size() == 6);
   CHECK(near.references.views.size() == 10);
   CHECK(near.vertex_colors.size() == near.surface->mesh.positions.size());
-  CHECK(std::equal(near.vertex_colors.begin(), near.vertex_colors.end(), both.vertex_colors.begin()));
+  CHECK(std::equal(near.vertex_colors.get().begin(), near.vertex_colors.get().end(), both.vertex_colors.get().begin()));
   CHECK(near.views == both.views);
 }
 
@@ -114,8 +114,8 @@ TEST_CASE("a model file holds the far sphere where other programs do not show it
   CHECK(read.references.views == written.references.views);
   REQUIRE(read.views.size() == written.views.size());
   for (std::size_t slot = 0; slot < read.views.size(); ++slot) {
-    CHECK(read.views[slot]->depth == written.views[slot]->depth);
-    CHECK(read.views[slot]->validity == written.views[slot]->validity);
+    CHECK(read.views[slot]->mask->depth == written.views[slot]->mask->depth);
+    CHECK(read.views[slot]->mask->validity == written.views[slot]->mask->validity);
   }
   const json scene = scene_of(folder.path());
   CHECK(scene["meshes"].size() == 2);

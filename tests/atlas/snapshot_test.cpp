@@ -18,6 +18,7 @@
 #include "atlas/vertex_colors.h"
 #include "mesh/visibility/visibility.h"
 #include "tests/support/small_scenes.h"
+#include "tests/support/view_parts.h"
 #include "tests/support/wall_scenes.h"
 
 namespace lumatlas {
@@ -320,7 +321,7 @@ TEST_CASE("each rule of a snapshot is checked by name") {
   refused([](Snapshot& s) { s.references.views[0] = 1; },
           "snapshot: references.views[0] is 1, must be a slot with a view");
   refused([](Snapshot& s) { s.cell_seen.clear(); }, "snapshot: cell_seen has 0 entries, must have one per cell, 5");
-  refused([](Snapshot& s) { s.vertex_colors.pop_back(); },
+  refused([](Snapshot& s) { s.vertex_colors = FallbackColors::Colors(s.vertex_colors.size() - 1); },
           "snapshot: vertex_colors has " + std::to_string(good.vertex_colors.size() - 1) +
               " entries, must have one per vertex, " + std::to_string(good.vertex_colors.size()));
   refused([](Snapshot& s) { s.tiles.options.gutter_px = 3; }, "tiles: gutter_px is 3, must be 1, 2, 4 or 8");
@@ -353,7 +354,7 @@ TEST_CASE("each rule of a snapshot is checked by name") {
   refused(
       [](Snapshot& s) {
         auto view = std::make_shared<StoredView>(*s.views[0]);
-        view->photograph.rgb.pop_back();
+        own_photograph(*view).rgb.pop_back();
         s.views[0] = view;
       },
       "view a.jpg: photograph.rgb has 1151 values, must have 1152 for its camera's image");

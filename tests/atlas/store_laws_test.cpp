@@ -162,6 +162,16 @@ TEST_CASE("where memory ends in the middle of a call, the store is as it was") {
        [](Atlas& atlas) -> std::function<void()> {
          return [&atlas, view = small_view(*atlas.surface(), "e", 9)] { atlas.replace(1, view, shown_with(3)); };
        }},
+      {"set_poses",
+       [](Atlas& atlas) -> std::function<void()> {
+         const std::vector<ViewPose> poses{{2, forward_camera(24, 16, {0.1, 0, 0})}, {0, forward_camera(24, 16)}};
+         return [&atlas, poses] { atlas.set_poses(poses); };
+       }},
+      {"replace_mask",
+       [](Atlas& atlas) -> std::function<void()> {
+         return
+             [&atlas, mask = small_view(*atlas.surface(), "e", 9).mask] { atlas.replace_mask(1, mask, shown_with(3)); };
+       }},
       {"retile",
        [](Atlas& atlas) -> std::function<void()> {
          std::vector<SharedShownCells> none(4, std::make_shared<const std::vector<ShownCell>>());
@@ -303,7 +313,7 @@ TEST_CASE("a snapshot costs what has changed: a moved view looks at no other vie
     if (views[slot]) forward.add(*views[slot], gains[slot]);
     if (views[kViews - 1 - slot]) backward.add(*views[kViews - 1 - slot], gains[kViews - 1 - slot]);
   }
-  CHECK(colors.of(surface, views, gains) == forward.colors());
+  CHECK(*colors.of(surface, views, gains) == forward.colors());
   CHECK(forward.colors() == backward.colors());
 }
 
@@ -326,8 +336,8 @@ TEST_CASE("a snapshot costs what has changed: where a vertex moved, samples of t
 
 // Returns the bytes of a view in memory.
 std::size_t bytes_of(const StoredView& view) {
-  return view.photograph.rgb.size() + view.photograph.valid.size() + sizeof(float) * view.depth.size() +
-         view.trust.size() + view.validity.size() + view.rim.size();
+  return view.photograph->rgb.size() + view.photograph->valid.size() + sizeof(float) * view.mask->depth.size() +
+         view.mask->trust.size() + view.mask->validity.size() + view.mask->rim.size();
 }
 
 TEST_CASE("memory follows resident tiles", "[!shouldfail]") {

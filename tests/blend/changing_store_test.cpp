@@ -23,9 +23,11 @@ Snapshot with_views(const Snapshot& all, std::size_t views) {
     }
     snapshot.references.offsets.push_back(static_cast<std::uint32_t>(snapshot.references.views.size()));
   }
-  for (std::size_t vertex = 0; vertex < snapshot.vertex_colors.size(); ++vertex) {
-    snapshot.vertex_colors[vertex] = glm::u8vec3(views, 2 * views, vertex % 256);
+  FallbackColors::Colors colors(snapshot.vertex_colors.size());
+  for (std::size_t vertex = 0; vertex < colors.size(); ++vertex) {
+    colors[vertex] = glm::u8vec3(views, 2 * views, vertex % 256);
   }
+  snapshot.vertex_colors = std::move(colors);
   return snapshot;
 }
 

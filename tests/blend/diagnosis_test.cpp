@@ -13,6 +13,7 @@
 #include "blend/renderer.h"
 #include "tests/support/gl_test_context.h"
 #include "tests/support/small_scenes.h"
+#include "tests/support/view_parts.h"
 
 namespace lumatlas {
 namespace {
@@ -79,12 +80,12 @@ Snapshot red_green_and_blue() {
   for (std::size_t slot = 0; slot < 3; ++slot) {
     StoredView view = *snapshot.views[slot];
     view.camera = snapshot.views[0]->camera;
-    view.depth = snapshot.views[0]->depth;
-    view.validity = snapshot.views[0]->validity;
+    view.mask = snapshot.views[0]->mask;
     // Apart, but so little that all see the same.
     view.camera.cam_from_world_translation += 0.003 * static_cast<double>(slot * slot) * glm::dvec3(1, 0.5, 0);
-    for (std::size_t value = 0; value < view.photograph.rgb.size(); ++value) {
-      view.photograph.rgb[value] = value % 3 == slot ? 255 : 0;
+    Photograph& photograph = own_photograph(view);
+    for (std::size_t value = 0; value < photograph.rgb.size(); ++value) {
+      photograph.rgb[value] = value % 3 == slot ? 255 : 0;
     }
     snapshot.views[slot] = std::make_shared<const StoredView>(view);
   }

@@ -8,6 +8,7 @@
 #include <limits>
 #include <random>
 
+#include "tests/support/view_parts.h"
 #include "tests/support/wall_scenes.h"
 
 namespace lumatlas {
@@ -33,7 +34,7 @@ Snapshot snapshot_of(const std::vector<PosedGain>& views, float D) {
   for (const PosedGain& view : views) {
     StoredView stored;
     stored.camera = view.camera;
-    stored.depth.assign(std::size_t{view.camera.width} * view.camera.height, D);
+    own_mask(stored).depth.assign(std::size_t{view.camera.width} * view.camera.height, D);
     snapshot.views.push_back(std::make_shared<const StoredView>(std::move(stored)));
     snapshot.gains.push_back(view.gain);
   }
@@ -150,7 +151,7 @@ TEST_CASE("pixels without a surface do not count as depth, and without any surfa
   const auto clear = [&](std::size_t first, std::size_t count) {
     for (auto& view : snapshot.views) {
       StoredView changed = *view;
-      std::fill_n(changed.depth.begin() + static_cast<std::ptrdiff_t>(first), count,
+      std::fill_n(own_mask(changed).depth.begin() + static_cast<std::ptrdiff_t>(first), count,
                   std::numeric_limits<float>::infinity());
       view = std::make_shared<const StoredView>(std::move(changed));
     }
@@ -159,6 +160,37 @@ TEST_CASE("pixels without a surface do not count as depth, and without any surfa
   CHECK(NearbyExposure(snapshot).at(camera) == all_seen);
   clear(0, 10);
   CHECK(largest_difference(NearbyExposure(snapshot).at(camera), glm::dvec3(1)) < 1e-12);  // both look the same way
+}
+
+TEST_CASE("an exposure that follows snapshots is that of the last one") {
+  const Camera camera = turned_camera({3, 1, 0}, 0.1);
+  Snapshot snapshot = snapshot_of(far_apart(), 2);
+  NearbyExposure following(snapshot);
+  const auto follows = [&] {
+    following.follow(snapshot);
+    return following.at(camera) == NearbyExposure(snapshot).at(camera) &&
+           following.per_depth() == NearbyExposure(snapshot).per_depth();
+  };
+  const auto change = [&](std::size_t slot, float depth, double aside) {
+    StoredView changed = *snapshot.views[slot];
+    if (depth > 0) std::fill_n(own_mask(changed).depth.begin(), changed.mask->depth.size(), depth);
+    changed.camera.cam_from_world_translation.x += aside;
+    snapshot.views[slot] = std::make_shared<const StoredView>(std::move(changed));
+  };
+  CHECK(follows());
+  change(0, 0, 0.5);
+  CHECK(follows());
+  for (std::size_t slot = 0; slot < snapshot.views.size(); ++slot) change(slot, 5, 0);
+  CHECK(follows());
+  snapshot.gains[0] = {2, 1, 1};
+  CHECK(follows());
+  const std::shared_ptr<const StoredView> last = snapshot.views.back();
+  snapshot.views.back().reset();
+  CHECK(follows());
+  snapshot.views.back() = last;
+  CHECK(follows());
+  snapshot.gains[0] = {0, 1, 1};
+  CHECK_THROWS_AS(following.follow(snapshot), std::invalid_argument);
 }
 
 TEST_CASE("the paper shows the common exposure of its views, and so does a picture on request") {

@@ -19,6 +19,7 @@
 #include "tests/support/gl_test_context.h"
 #include "tests/support/rendering_difference.h"
 #include "tests/support/small_scenes.h"
+#include "tests/support/view_parts.h"
 #include "tests/support/wall_scenes.h"
 
 namespace lumatlas {
@@ -181,12 +182,12 @@ TEST_CASE("a stored view rendered from its own camera alone is its photograph, w
   const auto check_picture = [&](const Rendering& rendering) {
     std::size_t compared = 0;
     for (std::size_t pixel = 0; pixel < rendering.state.size(); ++pixel) {
-      if (view.validity[pixel] != 255) continue;
+      if (view.mask->validity[pixel] != 255) continue;
       ++compared;
       REQUIRE(rendering.state[pixel] == PixelState::textured);
       for (std::size_t channel = 0; channel < 3; ++channel) {
         // Sampled at the pixel's centre: no interpolation, only rounding there and back.
-        REQUIRE(std::abs(rendering.picture.rgb[3 * pixel + channel] - view.photograph.rgb[3 * pixel + channel]) <= 1);
+        REQUIRE(std::abs(rendering.picture.rgb[3 * pixel + channel] - view.photograph->rgb[3 * pixel + channel]) <= 1);
       }
     }
     CHECK(compared > rendering.state.size() / 2);
@@ -209,14 +210,14 @@ double share_not_shown(const StoredView& view, const Snapshot& snapshot, const R
   std::size_t compared = 0;
   std::size_t different = 0;
   for (std::size_t pixel = 0; pixel < rendering.state.size(); ++pixel) {
-    if (view.validity[pixel] != 255 || at_silhouette[pixel]) continue;
+    if (view.mask->validity[pixel] != 255 || at_silhouette[pixel]) continue;
     const std::size_t column = pixel % view.camera.width, row = pixel / view.camera.width;
     const glm::dvec2 image(static_cast<double>(column) + 0.5, static_cast<double>(row) + 0.5);
     if (frame_share(image, size, options.frame_fade) < 1) continue;
     ++compared;
     bool differs = false;
     for (std::size_t value = 3 * pixel; value < 3 * pixel + 3; ++value) {
-      differs |= std::abs(rendering.picture.rgb[value] - view.photograph.rgb[value]) > 1;
+      differs |= std::abs(rendering.picture.rgb[value] - view.photograph->rgb[value]) > 1;
     }
     different += differs;
   }
@@ -258,7 +259,8 @@ TEST_CASE("the nearer a picture is to a stored view's place, the less it differs
     const Rendering rendering = reference(snapshot, camera, {});
     double sum = 0;
     for (std::size_t value = 0; value < rendering.picture.rgb.size(); ++value) {
-      if (view.validity[value / 3] == 255) sum += std::abs(rendering.picture.rgb[value] - view.photograph.rgb[value]);
+      if (view.mask->validity[value / 3] == 255)
+        sum += std::abs(rendering.picture.rgb[value] - view.photograph->rgb[value]);
     }
     const double mean = sum / static_cast<double>(rendering.picture.rgb.size());
     CHECK(mean < before);
@@ -305,10 +307,11 @@ Snapshot red_and_green() {
   for (std::size_t slot = 0; slot < 2; ++slot) {
     StoredView view = *snapshot.views[0];  // the same camera twice, moved apart below
     view.camera.cam_from_world_translation += glm::dvec3(slot == 0 ? 0.05 : -0.15, 0, 0);
-    for (std::size_t pixel = 0; pixel < view.validity.size(); ++pixel) {
-      view.photograph.rgb[3 * pixel] = slot == 0 ? 255 : 0;
-      view.photograph.rgb[3 * pixel + 1] = slot == 0 ? 0 : 255;
-      view.photograph.rgb[3 * pixel + 2] = 0;
+    Photograph& photograph = own_photograph(view);
+    for (std::size_t pixel = 0; pixel < view.mask->validity.size(); ++pixel) {
+      photograph.rgb[3 * pixel] = slot == 0 ? 255 : 0;
+      photograph.rgb[3 * pixel + 1] = slot == 0 ? 0 : 255;
+      photograph.rgb[3 * pixel + 2] = 0;
     }
     snapshot.views[slot] = std::make_shared<const StoredView>(view);
   }
@@ -358,11 +361,11 @@ TEST_CASE("two cells that refer to one view each meet in a line as printed, and 
   surface->cells = measure_cells(surface->mesh, std::move(cell_of_face), 2.5);
   const Camera camera = forward_camera(96, 72);
   for (std::size_t slot = 0; slot < 2; ++slot) {
-    Photograph photograph = snapshot.views[slot]->photograph;
+    Photograph photograph = *snapshot.views[slot]->photograph;
     photograph.valid.clear();
     snapshot.views[slot] = std::make_shared<const StoredView>(traced_view(*surface, "", camera, photograph));
   }
-  snapshot.vertex_colors.assign(surface->mesh.positions.size(), glm::u8vec3(0));
+  snapshot.vertex_colors = FallbackColors::Colors(surface->mesh.positions.size(), glm::u8vec3(0));
   snapshot.references = {{0, 1, 2}, {0, 1}};
   snapshot.cell_seen = {1, 1};
   snapshot.surface = surface;
@@ -385,8 +388,8 @@ TEST_CASE("two cells that refer to one view each meet in a line as printed, and 
 // Says of one view that the other views contradict all of it.
 void distrust(Snapshot& snapshot, std::size_t slot) {
   StoredView view = *snapshot.views[slot];
-  const std::vector<std::uint8_t> contradicted(view.validity.size(), 0);
-  view.validity = validity_mask(view.photograph, view.depth, contradicted, ValidityOptions::printed());
+  const std::vector<std::uint8_t> contradicted(view.mask->validity.size(), 0);
+  own_mask(view).validity = validity_mask(*view.photograph, view.mask->depth, contradicted, ValidityOptions::printed());
   snapshot.views[slot] = std::make_shared<const StoredView>(view);
 }
 

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Counts the work that a renderer which follows a store does again. A case with [!shouldfail] names a law that does not
-// hold yet.
+// Counts the work that a renderer which follows a store does again.
 #include <catch2/catch.hpp>
 #include <numeric>
 #include <optional>
@@ -9,6 +8,7 @@
 #include "blend/renderer.h"
 #include "tests/support/gl_test_context.h"
 #include "tests/support/small_scenes.h"
+#include "tests/support/view_parts.h"
 
 namespace lumatlas {
 namespace {
@@ -23,7 +23,8 @@ struct Followed {
     renderer.load(atlas->snapshot());
     picture = renderer.render(room_camera(2), {});
     const RendererWork now = renderer.work();
-    return {now.meshes - before.meshes, now.color_bytes - before.color_bytes, now.depth_bytes - before.depth_bytes};
+    return {now.meshes - before.meshes, now.color_bytes - before.color_bytes, now.mask_bytes - before.mask_bytes,
+            now.depth_bytes - before.depth_bytes};
   }
 
   // Takes a view's references out of a cell that has some.
@@ -88,15 +89,17 @@ TEST_CASE("a new pose, or new depths, upload no photograph") {
   followed.change_view([](StoredView& view) { view.camera.cam_from_world_translation.x += 1e-3; });
   const RendererWork of_pose = followed.show();
   CHECK(of_pose.color_bytes == 0);
+  CHECK(of_pose.mask_bytes == 0);
   CHECK(of_pose.depth_bytes == 0);
   followed.refer_to_less(0);
   (void)followed.show();
   CHECK(followed.is_exact());
   followed.change_view([](StoredView& view) {
-    for (float& depth : view.depth) depth *= 1.01F;
+    for (float& depth : own_mask(view).depth) depth *= 1.01F;
   });
   const RendererWork of_depths = followed.show();
   CHECK(of_depths.color_bytes == 0);
+  CHECK(of_depths.mask_bytes == 0);
   CHECK(of_depths.depth_bytes > 0);
   CHECK(followed.is_exact());
 }
@@ -106,7 +109,7 @@ TEST_CASE("what is in a slot again is known by its bytes") {
   if (!context) return;
   Followed followed(kTiles);
   followed.change_view([](StoredView& view) {
-    for (std::uint8_t& value : view.photograph.rgb) value ^= 1;
+    for (std::uint8_t& value : own_photograph(view).rgb) value ^= 1;
   });
   CHECK(followed.show().color_bytes > 0);
   followed.change_view([](StoredView& view) { view.name = "the same photograph"; });
@@ -116,17 +119,34 @@ TEST_CASE("what is in a slot again is known by its bytes") {
   CHECK(followed.is_exact());
 }
 
-TEST_CASE("a new mask uploads masks and no photograph", "[!shouldfail]") {
-  const std::optional<EglContext> context = context_or_skip();
-  if (!context) {
-    FAIL("cannot be checked here");  // expected to fail, so that it is no failure
-    return;
-  }
-  Followed followed(kTiles);
+TEST_CASE("a new mask uploads masks and no photograph") {
+  const TileOptions layout = GENERATE(as<TileOptions>(), kTiles, TileOptions{64, 8, 0}, kWholeViews);
+  const bool embedded = GENERATE(false, true);
+  CAPTURE(layout.tile_px, embedded);
+  const std::optional<EglContext> context = context_or_skip({.debug = true, .embedded = embedded});
+  if (!context) return;
+  Followed followed(layout);
   followed.change_view([](StoredView& view) {
-    for (std::size_t pixel = 0; pixel < view.validity.size(); pixel += 2) view.validity[pixel] /= 2;
+    ViewMask& mask = own_mask(view);
+    for (std::size_t pixel = 0; pixel < mask.validity.size(); pixel += 2) mask.validity[pixel] /= 2;
   });
-  CHECK(followed.show().color_bytes == 0);
+  const RendererWork of_mask = followed.show();
+  CHECK(of_mask.color_bytes == 0);
+  CHECK(of_mask.mask_bytes > 0);
+  CHECK(of_mask.depth_bytes == 0);  // what is valid and how deep it lies is as before
+  followed.refer_to_less(0);
+  (void)followed.show();
+  CHECK(followed.is_exact());
+  followed.change_view([](StoredView& view) {
+    ViewMask& mask = own_mask(view);
+    for (std::size_t pixel = 0; pixel < mask.validity.size() / 2; ++pixel) mask.validity[pixel] = 0;
+  });
+  const RendererWork of_less = followed.show();
+  CHECK(of_less.color_bytes == 0);
+  CHECK(of_less.mask_bytes > 0);
+  CHECK(of_less.depth_bytes > 0);
+  CHECK(followed.is_exact());
+  CHECK(followed.show().mask_bytes == 0);
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 #include <cmath>
 #include <glm/glm.hpp>
 #include <optional>
+#include <utility>
 #include <vector>
 
 #include "atlas/images/srgb.h"
@@ -94,6 +95,7 @@ struct Checkerboard {
 Snapshot snapshot_of(const Checkerboard& board) {
   const auto surface = std::make_shared<Surface>();
   Snapshot snapshot;
+  FallbackColors::Colors colors;
   constexpr double kDepth = 2;
   for (int row = 0; row < kSquares; ++row) {
     for (int column = 0; column < kSquares; ++column) {
@@ -101,7 +103,7 @@ Snapshot snapshot_of(const Checkerboard& board) {
       for (const auto [x, y] : {std::array{0, 0}, std::array{1, 0}, std::array{0, 1}, std::array{1, 1}}) {
         const glm::dvec2 image = board.first + board.side * glm::dvec2(column + x, row + y);
         surface->mesh.positions.emplace_back(kDepth * (image.x - 16) / 32, kDepth * (image.y - 16) / 32, kDepth);
-        snapshot.vertex_colors.push_back(square_color(column, row));
+        colors.push_back(square_color(column, row));
       }
       surface->mesh.faces.emplace_back(first, first + 2, first + 1);
       surface->mesh.faces.emplace_back(first + 1, first + 2, first + 3);
@@ -109,6 +111,7 @@ Snapshot snapshot_of(const Checkerboard& board) {
   }
   surface->cells = measure_cells(surface->mesh, std::vector<std::uint32_t>(surface->mesh.faces.size(), 0), 1);
   snapshot.surface = surface;
+  snapshot.vertex_colors = std::move(colors);
   snapshot.cell_seen = {0};
   snapshot.references.offsets = {0, 0};
   return snapshot;

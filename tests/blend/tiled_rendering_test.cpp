@@ -21,6 +21,7 @@
 #include "tests/support/gl_test_context.h"
 #include "tests/support/rendering_difference.h"
 #include "tests/support/small_scenes.h"
+#include "tests/support/view_parts.h"
 #include "tests/support/wall_scenes.h"
 
 namespace lumatlas {
@@ -209,7 +210,7 @@ TEST_CASE("what stays resident is not copied again") {
   CHECK(array.uploaded_slots() == 0);
   // Another photograph in the place of one view: those of its tiles are copied that show something else, and no others.
   StoredView changed = *atlas->view(4);
-  changed.photograph.rgb[0] ^= 1;
+  own_photograph(changed).rgb[0] ^= 1;
   const VisibilityBuffer visible = make_ray_visibility(atlas->surface()->mesh)->trace(changed.camera);
   std::vector<ShownCell> shown = shown_cells(changed, visible.face, atlas->surface()->cells, atlas->layout());
   atlas->replace(4, std::move(changed), std::move(shown));

@@ -109,8 +109,8 @@ void check_against_new_start(const PlannedSurface& scene) {
   }
   CHECK(different == 0);
   for (std::uint32_t slot = 0; slot < scene.atlas.size(); ++slot) {
-    CHECK(scene.atlas.view(slot)->depth == fresh.atlas.view(slot)->depth);
-    CHECK(scene.atlas.view(slot)->validity == fresh.atlas.view(slot)->validity);
+    CHECK(scene.atlas.view(slot)->mask->depth == fresh.atlas.view(slot)->mask->depth);
+    CHECK(scene.atlas.view(slot)->mask->validity == fresh.atlas.view(slot)->mask->validity);
   }
   // What was seen before something came in its way stays seen.
   const std::vector<std::uint8_t> seen = scene.atlas.snapshot().cell_seen;

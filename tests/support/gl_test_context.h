@@ -9,10 +9,10 @@
 
 namespace lumatlas {
 
-// A context with GL debug output on; skips the test case, and gives nothing, where there is no OpenGL 4.5.
-inline std::optional<EglContext> context_or_skip() {
+// A context with GL debug output on; skips the test case, and gives nothing, where there is no such OpenGL.
+inline std::optional<EglContext> context_or_skip(const EglContext::Options& options = {.debug = true}) {
   try {
-    return EglContext({.debug = true});
+    return EglContext(options);
   } catch (const GlError& error) {
     skip(std::string("no GL: ") + error.what());
     return std::nullopt;

@@ -9,8 +9,8 @@ std::vector<double> sampled_depths(const Snapshot& snapshot) {
   std::vector<double> depths;
   for (const auto& view : snapshot.views) {
     if (!view) continue;
-    for (std::size_t pixel = 0; pixel < view->depth.size(); pixel += kStride) {
-      if (view->depth[pixel] < below) depths.push_back(static_cast<double>(view->depth[pixel]));
+    for (std::size_t pixel = 0; pixel < view->mask->depth.size(); pixel += kStride) {
+      if (view->mask->depth[pixel] < below) depths.push_back(static_cast<double>(view->mask->depth[pixel]));
     }
   }
   return depths;

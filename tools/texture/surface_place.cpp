@@ -55,7 +55,7 @@ SurfacePlace SurfacePlaces::at(std::uint32_t face, float b, float c) const {
   const float a = 1 - b - c;
   const auto& linear = linear_from_srgb8();
   const auto vertex = [&](std::uint32_t v) {
-    const glm::u8vec3& rgb = snapshot_.vertex_colors[v];
+    const glm::u8vec3& rgb = snapshot_.vertex_colors.get()[v];
     return vec3(linear[rgb.r], linear[rgb.g], linear[rgb.b]);
   };
   return {a * mesh.positions[f.x] + b * mesh.positions[f.y] + c * mesh.positions[f.z],

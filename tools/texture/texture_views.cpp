@@ -7,6 +7,7 @@
 #include <cmath>
 #include <glm/glm.hpp>
 #include <limits>
+#include <memory>
 #include <optional>
 
 #include "atlas/images/srgb.h"
@@ -33,7 +34,7 @@ std::uint32_t smooth_level(const Camera& camera) {
 // The validity of what is in the model, by pixel.
 std::vector<std::uint8_t> resident_mask(const Snapshot& snapshot, std::uint32_t slot) {
   const StoredView& view = *snapshot.views[slot];
-  std::vector<std::uint8_t> mask = view.validity;
+  std::vector<std::uint8_t> mask = view.mask->validity;
   if (!snapshot.tiles.whole_views()) {
     const std::vector<std::uint8_t> resident = snapshot.tiles.resident_pixels(slot, view.camera);
     for (std::size_t i = 0; i < mask.size(); ++i) mask[i] = resident[i] ? mask[i] : 0;
@@ -44,7 +45,7 @@ std::vector<std::uint8_t> resident_mask(const Snapshot& snapshot, std::uint32_t 
 // Returns 0 to 255 for each pixel: see TextureView.
 std::vector<std::uint8_t> faded(std::vector<std::uint8_t> mask, const StoredView& view, std::uint32_t fade_px) {
   std::vector<std::uint8_t> good(mask.size());
-  for (std::size_t i = 0; i < mask.size(); ++i) good[i] = mask[i] >= 128 && !view.at_rim(i);
+  for (std::size_t i = 0; i < mask.size(); ++i) good[i] = mask[i] >= 128 && !view.mask->at_rim(i);
   const std::vector<float> distance = edge_distances(good, view.camera.width, view.camera.height);
   for (std::size_t i = 0; i < mask.size(); ++i) {
     if (mask[i] == 0) continue;
@@ -88,7 +89,8 @@ ViewColor sampled(const ImageLevel& level, const vec2& position) {
 TextureView::TextureView(const Snapshot& snapshot, std::uint32_t slot)
     : TextureView(*snapshot.views[slot], snapshot.gains[slot], resident_mask(snapshot, slot)) {}
 
-TextureView::TextureView(const StoredView& view, const glm::dvec3& gain) : TextureView(view, gain, view.validity) {}
+TextureView::TextureView(const StoredView& view, const glm::dvec3& gain)
+    : TextureView(view, gain, view.mask->validity) {}
 
 TextureView::TextureView(const StoredView& view, const glm::dvec3& gain, std::vector<std::uint8_t> mask)
     : view_(view), gain_(gain), center_(view.camera.center()) {
@@ -102,11 +104,9 @@ TextureView::TextureView(const StoredView& view, const glm::dvec3& gain, std::ve
   focal_px_ = static_cast<float>(std::sqrt(camera.fx * camera.fy));
   const std::uint32_t smooth = smooth_level(camera);
   const std::uint32_t levels = std::max(kMostLevels, smooth + 1), unit = 1u << (levels - 1);
-  StoredView blended;
-  blended.name = view_.name;
-  blended.camera = camera;
-  blended.photograph = view_.photograph;
-  blended.validity = faded(std::move(mask), view_, 3u << smooth);
+  const auto faded_mask = std::make_shared<ViewMask>();
+  faded_mask->validity = faded(std::move(mask), view_, 3u << smooth);
+  const StoredView blended{view_.name, camera, view_.photograph, faded_mask};
   const auto whole = [&](std::uint32_t side) { return (side + unit - 1) / unit * unit; };
   levels_ = image_levels(blended, {0, 0, whole(camera.width), whole(camera.height)}, levels);
   smooth_unit_ = 1u << smooth;
@@ -158,12 +158,13 @@ bool TextureView::locate(const vec3& point, ImagePoint& place) const {
 }
 
 void TextureView::prefetch(const ImagePoint& place) const {
-  __builtin_prefetch(&view_.depth[pixel_at(place.image, view_.camera.width)]);
+  __builtin_prefetch(&view_.mask->depth[pixel_at(place.image, view_.camera.width)]);
   __builtin_prefetch(&levels_[0].rgba[4 * pixel_at(place.image, levels_[0].width)]);
 }
 
 bool TextureView::shows(const ImagePoint& place) const {
-  if (place.depth > view_.depth[pixel_at(place.image, view_.camera.width)] * (1 + kOcclusionTolerance)) return false;
+  if (place.depth > view_.mask->depth[pixel_at(place.image, view_.camera.width)] * (1 + kOcclusionTolerance))
+    return false;
   return levels_[0].rgba[4 * pixel_at(place.image, levels_[0].width) + 3] != 0;
 }
 

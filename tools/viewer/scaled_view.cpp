@@ -71,9 +71,9 @@ class Scaling {
       for (std::size_t column = 0; column < across.shares.size(); ++column) {
         const std::size_t pixel = (down.first + row) * view_.camera.width + across.first + column;
         const double weight =
-            down.shares[row] * across.shares[column] * (by_validity ? view_.validity[pixel] / 255.0 : 1.0);
+            down.shares[row] * across.shares[column] * (by_validity ? view_.mask->validity[pixel] / 255.0 : 1.0);
         for (std::size_t channel = 0; channel < 3; ++channel) {
-          total.at(channel) += weight * linear[view_.photograph.rgb[3 * pixel + channel]];
+          total.at(channel) += weight * linear[view_.photograph->rgb[3 * pixel + channel]];
         }
         total[3] += weight;
       }
@@ -94,7 +94,7 @@ class Scaling {
     }
     const std::size_t middle =
         (down.first + down.shares.size() / 2) * view_.camera.width + across.first + across.shares.size() / 2;
-    result_.rim[pixel] = view_.at_rim(middle) ? 1 : 0;
+    result_.rim[pixel] = view_.mask->at_rim(middle) ? 1 : 0;
   }
 
   const StoredView& view_;
@@ -142,8 +142,8 @@ ScaledView scaled_view(const StoredView& view, double factor) {
     throw std::invalid_argument("scaled view: the factor is " + std::to_string(factor) + ", must be in (0, 1]");
   }
   if (factor < 1) return Scaling(view, factor, true).run();
-  ScaledView same{view.camera.width, view.camera.height, view.photograph, view.validity, view.rim};
-  same.rim.resize(view.validity.size(), 0);
+  ScaledView same{view.camera.width, view.camera.height, *view.photograph, view.mask->validity, view.mask->rim};
+  same.rim.resize(view.mask->validity.size(), 0);
   return same;
 }
 

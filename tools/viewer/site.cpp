@@ -345,7 +345,7 @@ SiteWriter::Described SiteWriter::write_surface() {
   const double width = options_.blend.border_width;
   CellShares shares = share_cells(surface, width * surface.cells.size);
   if (width > 0) shares = joined(std::move(shares), first_of_same_references(snapshot_.references));
-  const ZoneMesh mesh = zone_mesh(surface.mesh, snapshot_.vertex_colors, surface.cells.cell_of_face, shares);
+  const ZoneMesh mesh = zone_mesh(surface.mesh, snapshot_.vertex_colors.get(), surface.cells.cell_of_face, shares);
   const PackedMesh packed = packed_mesh(mesh, position_grid(snapshot_));
   const PackedArrays tables = this->tables(mesh.zone_cells);
   const PackedMesh coarse = packed_mesh(coarse_mesh(snapshot_, kCoarseFaces), packed.grid);
@@ -369,7 +369,7 @@ void SiteWriter::write_mesh_version() {
   history_->surface = surface;
   if (same) return note(history_->mesh["file"]);
   const CellShares shares = share_cells(*surface, options_.blend.border_width * surface->cells.size);
-  ZoneMesh mesh = zone_mesh(surface->mesh, snapshot_.vertex_colors, surface->cells.cell_of_face, shares);
+  ZoneMesh mesh = zone_mesh(surface->mesh, snapshot_.vertex_colors.get(), surface->cells.cell_of_face, shares);
   step();
   const PackedMesh packed = packed_mesh(mesh, position_grid(snapshot_));
   step();
@@ -403,9 +403,11 @@ void SiteWriter::note_view_version(std::size_t slot) {
   if (before == known.view || !known.view) return;
   const StoredView& now = *known.view;
   // Scaled photographs are means over what is valid.
-  const bool same = facts_.scale == 1 && before && before->photograph.rgb == now.photograph.rgb;
+  const bool same = facts_.scale == 1 && before &&
+                    (before->photograph == now.photograph || before->photograph->rgb == now.photograph->rgb);
   if (!same) known.photograph = history_->version;
-  if (!same || before->validity != now.validity || before->rim != now.rim) known.mask = history_->version;
+  if (!same || before->mask->validity != now.mask->validity || before->mask->rim != now.mask->rim)
+    known.mask = history_->version;
 }
 
 std::vector<std::string> SiteWriter::write_version() {
@@ -417,7 +419,7 @@ std::vector<std::string> SiteWriter::write_version() {
   PackedArrays colors;
   std::vector<std::uint32_t> values;
   for (const std::uint32_t vertex : history_->sources) {
-    for (int channel = 0; channel < 3; ++channel) values.push_back(snapshot_.vertex_colors[vertex][channel]);
+    for (int channel = 0; channel < 3; ++channel) values.push_back(snapshot_.vertex_colors.get()[vertex][channel]);
   }
   colors.add("colors", values, 3, PackedCoding::difference);
   const json described_colors = write_arrays_version("colors", colors);

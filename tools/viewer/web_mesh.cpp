@@ -125,7 +125,7 @@ ZoneMesh coarse_mesh(const Snapshot& snapshot, std::size_t faces) {
   constexpr float kMostError = 0.02F;  // share of the mesh's extent
   const Mesh mesh = near_surface(*snapshot.surface).mesh;
   if (mesh.faces.size() <= 2 * faces) return {};
-  const auto colors = snapshot.vertex_colors.begin();
+  const auto colors = snapshot.vertex_colors.get().begin();
   const Mesh colored{mesh.positions, {colors, colors + static_cast<std::ptrdiff_t>(mesh.positions.size())}, mesh.faces};
   const Bounds box = bounds(mesh);
   const double extent = std::max({box.max.x - box.min.x, box.max.y - box.min.y, box.max.z - box.min.z});

@@ -15,6 +15,7 @@
 #include "atlas/tiles/compressed_texels.h"
 #include "tests/support/allocation_peak.h"
 #include "tests/support/skip.h"
+#include "tests/support/view_parts.h"
 #include "tests/support/wall_scenes.h"
 
 namespace lumatlas {
@@ -23,9 +24,10 @@ namespace {
 StoredView two_by_two(const std::vector<std::uint8_t>& grey, const std::vector<std::uint8_t>& validity) {
   StoredView view;
   view.camera = forward_camera(2, 2);
-  view.photograph = {2, 2, {}, {}};
-  for (const std::uint8_t value : grey) view.photograph.rgb.insert(view.photograph.rgb.end(), 3, value);
-  view.validity = validity;
+  Photograph& photograph = own_photograph(view);
+  photograph = {2, 2, {}, {}};
+  for (const std::uint8_t value : grey) photograph.rgb.insert(photograph.rgb.end(), 3, value);
+  own_mask(view).validity = validity;
   return view;
 }
 
@@ -68,7 +70,8 @@ TEST_CASE("a part of a view has the levels of the whole, and its border goes on"
       }
     }
   }
-  for (std::uint32_t channel = 0; channel < 3; ++channel) CHECK(whole[0].rgba[channel] == view.photograph.rgb[channel]);
+  for (std::uint32_t channel = 0; channel < 3; ++channel)
+    CHECK(whole[0].rgba[channel] == view.photograph->rgb[channel]);
 }
 
 TEST_CASE("a part whose sides do not halve so often is refused") {

@@ -56,13 +56,13 @@ void check_same(const StoredView& a, const StoredView& b) {
   CAPTURE(a.name);
   CHECK(a.name == b.name);
   check_same(a.camera, b.camera);
-  CHECK(a.photograph.width == b.photograph.width);
-  CHECK(a.photograph.height == b.photograph.height);
-  CHECK(a.photograph.rgb == b.photograph.rgb);
-  CHECK(a.photograph.valid == b.photograph.valid);
-  CHECK(a.trust == b.trust);
-  CHECK(a.depth == b.depth);
-  CHECK(a.validity == b.validity);
+  CHECK(a.photograph->width == b.photograph->width);
+  CHECK(a.photograph->height == b.photograph->height);
+  CHECK(a.photograph->rgb == b.photograph->rgb);
+  CHECK(a.photograph->valid == b.photograph->valid);
+  CHECK(a.mask->trust == b.mask->trust);
+  CHECK(a.mask->depth == b.mask->depth);
+  CHECK(a.mask->validity == b.mask->validity);
 }
 
 void check_same(const Cells& a, const Cells& b) {
@@ -112,7 +112,7 @@ void check_same_surface(const Snapshot& a, const Snapshot& b) {
   const Mesh &first = a.surface->mesh, &second = b.surface->mesh;
   REQUIRE(first.faces.size() == second.faces.size());
   CHECK(by_corner(first, first.positions) == by_corner(second, second.positions));
-  CHECK(by_corner(first, a.vertex_colors) == by_corner(second, b.vertex_colors));
+  CHECK(by_corner(first, a.vertex_colors.get()) == by_corner(second, b.vertex_colors.get()));
 }
 
 void check_same(const Snapshot& a, const Snapshot& b) {
@@ -180,14 +180,15 @@ TEST_CASE("a model in tiles reads back: which are there, their pixels, and black
   for (std::uint32_t view = 0; view < read.views.size(); ++view) {
     const std::vector<std::uint8_t> there = written.tiles.resident_pixels(view, written.views[view]->camera);
     for (std::size_t byte = 0; byte < 3 * there.size(); ++byte) {
-      const std::uint8_t expected = there[byte / 3] ? written.views[view]->photograph.rgb[byte] : 0;
-      if (read.views[view]->photograph.rgb[byte] != expected) FAIL_CHECK("view " << view << ", byte " << byte);
+      const std::uint8_t expected = there[byte / 3] ? written.views[view]->photograph->rgb[byte] : 0;
+      if (read.views[view]->photograph->rgb[byte] != expected) FAIL_CHECK("view " << view << ", byte " << byte);
       black += there[byte / 3] ? 0 : 1;
     }
     for (std::size_t pixel = 0; pixel < there.size(); ++pixel) {
       if (!there[pixel]) continue;
       const StoredView &before = *written.views[view], &after = *read.views[view];
-      const bool same = after.depth[pixel] == before.depth[pixel] && after.validity[pixel] == before.validity[pixel];
+      const bool same = after.mask->depth[pixel] == before.mask->depth[pixel] &&
+                        after.mask->validity[pixel] == before.mask->validity[pixel];
       if (!same) FAIL_CHECK("view " << view << ", depth or validity of pixel " << pixel);
     }
   }
@@ -313,14 +314,14 @@ TEST_CASE("photographs as JPEG are smaller and nearly the same, masks stay exact
   check_same(read_model(written_glb(alone, written, coding)).snapshot, read);
   for (std::uint32_t view = 0; view < 3; ++view) {
     const StoredView &before = *written.views[view], &after = *read.views[view];
-    CHECK(after.trust == before.trust);
-    CHECK(after.photograph.valid == before.photograph.valid);
-    std::vector<std::uint8_t> there(before.photograph.rgb.size() / 3, 1);
+    CHECK(after.mask->trust == before.mask->trust);
+    CHECK(after.photograph->valid == before.photograph->valid);
+    std::vector<std::uint8_t> there(before.photograph->rgb.size() / 3, 1);
     if (tile_px > 0) there = written.tiles.resident_pixels(view, before.camera);
     double squares = 0, count = 0;
-    for (std::size_t byte = 0; byte < before.photograph.rgb.size(); ++byte) {
+    for (std::size_t byte = 0; byte < before.photograph->rgb.size(); ++byte) {
       if (!there[byte / 3]) continue;
-      squares += std::pow(before.photograph.rgb[byte] - after.photograph.rgb[byte], 2);
+      squares += std::pow(before.photograph->rgb[byte] - after.photograph->rgb[byte], 2);
       ++count;
     }
     CHECK(std::sqrt(squares / count) < 4);  // of 255; with black beside the tiles it is 9
@@ -393,13 +394,14 @@ TEST_CASE("what a large view sees is read back to the bit, whole and in tiles") 
   const Snapshot read = read_model(folder.path()).snapshot;
   REQUIRE(read.views.size() == 1);
   const StoredView &before = *written.views[0], &after = *read.views[0];
-  std::vector<std::uint8_t> there(before.depth.size(), 1);
+  std::vector<std::uint8_t> there(before.mask->depth.size(), 1);
   if (!layout.whole_views()) there = written.tiles.resident_pixels(0, before.camera);
   std::size_t compared = 0, different = 0;
   for (std::size_t pixel = 0; pixel < there.size(); ++pixel) {
     if (there[pixel] == 0) continue;
     ++compared;
-    different += before.depth[pixel] != after.depth[pixel] || before.validity[pixel] != after.validity[pixel];
+    different += before.mask->depth[pixel] != after.mask->depth[pixel] ||
+                 before.mask->validity[pixel] != after.mask->validity[pixel];
   }
   CHECK(different == 0);
   CHECK(compared > there.size() / 4);
@@ -455,9 +457,11 @@ TEST_CASE("vertex colours survive for each of the 256 sRGB values") {
   surface->cells = measure_cells(surface->mesh, std::vector<std::uint32_t>(surface->mesh.faces.size(), 0), 1);
   Snapshot snapshot = Atlas(surface, 1).snapshot();
   REQUIRE(snapshot.vertex_colors.size() == 256);
+  FallbackColors::Colors colors;
   for (std::size_t value = 0; value < 256; ++value) {
-    snapshot.vertex_colors[value] = {value, 255 - value, (7 * value) % 256};
+    colors.emplace_back(value, 255 - value, (7 * value) % 256);
   }
+  snapshot.vertex_colors = std::move(colors);
   write_model(folder.path(), snapshot, {});
   check_same_surface(read_model(folder.path()).snapshot, snapshot);
 }

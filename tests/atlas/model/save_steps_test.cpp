@@ -12,12 +12,14 @@
 #include <map>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "atlas/model/model_file.h"
 #include "mesh/base/errors.h"
 #include "tests/support/plain_model.h"
 #include "tests/support/temporary_folder.h"
+#include "tests/support/view_parts.h"
 #include "tests/support/wall_scenes.h"
 
 namespace {
@@ -90,10 +92,10 @@ struct Shown {
 Shown shown(const Snapshot& snapshot) {
   Shown all;
   all.gains = snapshot.gains;
-  all.colors = snapshot.vertex_colors;
+  all.colors = snapshot.vertex_colors.get();
   for (const auto& view : snapshot.views) {
-    all.photographs.push_back(view->photograph.rgb);
-    all.trust.push_back(view->trust);
+    all.photographs.push_back(view->photograph->rgb);
+    all.trust.push_back(view->mask->trust);
   }
   return all;
 }
@@ -108,11 +110,13 @@ Snapshot model_number(std::uint8_t number) {
   for (auto& view : snapshot.views) {
     if (!view) continue;
     auto other = std::make_shared<StoredView>(*view);
-    for (std::uint8_t& value : other->photograph.rgb) value = static_cast<std::uint8_t>(value ^ number);
-    for (std::uint8_t& value : other->trust) value = static_cast<std::uint8_t>(value ^ number);
+    for (std::uint8_t& value : own_photograph(*other).rgb) value = static_cast<std::uint8_t>(value ^ number);
+    for (std::uint8_t& value : own_mask(*other).trust) value = static_cast<std::uint8_t>(value ^ number);
     view = other;
   }
-  for (glm::u8vec3& color : snapshot.vertex_colors) color.r = static_cast<std::uint8_t>(color.r ^ number);
+  FallbackColors::Colors colors = snapshot.vertex_colors.get();
+  for (glm::u8vec3& color : colors) color.r = static_cast<std::uint8_t>(color.r ^ number);
+  snapshot.vertex_colors = std::move(colors);
   return snapshot;
 }
 

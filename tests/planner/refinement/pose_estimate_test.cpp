@@ -184,7 +184,7 @@ TEST_CASE("a solution can be stopped, and the store is whole after") {
     CHECK_THROWS_AS(walk.planner.refiner().solve_poses(kAllPoints), Stop);
     for (std::size_t number = 0; number < 8; ++number) {
       const auto view = walk.atlas.view(walk.slot(number));
-      CHECK(view->depth == walk.relief.visibility->trace(view->camera).depth);
+      CHECK(view->mask->depth == walk.relief.visibility->trace(view->camera).depth);
     }
   }
   calls_left = std::numeric_limits<int>::max();

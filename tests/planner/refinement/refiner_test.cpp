@@ -131,9 +131,9 @@ void check_same_store(const Atlas& a, const Atlas& b) {
     if (!first.views[slot]) continue;
     CHECK((first.views[slot]->name == second.views[slot]->name));
     CHECK(same_camera(first.views[slot]->camera, second.views[slot]->camera));
-    CHECK((first.views[slot]->trust == second.views[slot]->trust));
-    CHECK((first.views[slot]->validity == second.views[slot]->validity));
-    CHECK((first.views[slot]->depth == second.views[slot]->depth));
+    CHECK((first.views[slot]->mask->trust == second.views[slot]->mask->trust));
+    CHECK((first.views[slot]->mask->validity == second.views[slot]->mask->validity));
+    CHECK((first.views[slot]->mask->depth == second.views[slot]->mask->depth));
   }
 }
 
@@ -164,8 +164,9 @@ void check_whole(const ReliefStream& stream, const PlannerOptions& options) {
     const auto view = stream.atlas.view(slot);
     if (!view) continue;
     CHECK_NOTHROW(check(view->camera));
-    CHECK(view->depth == stream.relief.visibility->trace(view->camera).depth);
-    CHECK(view->validity == validity_mask(view->photograph, view->depth, view->trust, options.validity));
+    CHECK(view->mask->depth == stream.relief.visibility->trace(view->camera).depth);
+    CHECK(view->mask->validity ==
+          validity_mask(*view->photograph, view->mask->depth, view->mask->trust, options.validity));
   }
 }
 
@@ -311,7 +312,7 @@ TEST_CASE("without refinement every kept view has the camera that it came with, 
     ++found;
     CHECK(same_camera(stream.atlas.view(*slot)->camera, f.given));
     CHECK(stream.atlas.gain(*slot) == glm::dvec3(1));
-    CHECK(stream.atlas.view(*slot)->trust.empty());
+    CHECK(stream.atlas.view(*slot)->mask->trust.empty());
   }
   CHECK(found == 5);
 }
@@ -559,9 +560,9 @@ TEST_CASE("what a view sees is asked once for its place and its masks, and masks
   CHECK(traced_without > 6);  // for masks, and for a place once a mask is another
   bool any_masked = false;
   for (std::uint32_t slot = 0; slot < 6; ++slot) {
-    CHECK(told.view(slot)->depth == asked.view(slot)->depth);
-    CHECK(told.view(slot)->validity == asked.view(slot)->validity);
-    any_masked = any_masked || !told.view(slot)->trust.empty();
+    CHECK(told.view(slot)->mask->depth == asked.view(slot)->mask->depth);
+    CHECK(told.view(slot)->mask->validity == asked.view(slot)->mask->validity);
+    any_masked = any_masked || !told.view(slot)->mask->trust.empty();
     const auto a = told.snapshot(), b = asked.snapshot();
     CHECK(a.tiles.slots == b.tiles.slots);
   }
@@ -765,7 +766,7 @@ TEST_CASE("polishing, masks and cameras can be stopped between one view and the 
   const std::vector<Frame> frames = stream.offer_all(8, 4, 1);
   LensEstimates estimates = stream.planner.refiner().estimate_lenses();
   for (LensEstimate& lens : estimates.lenses) lens.significant = true;
-  const auto as_it_is = [&](std::uint32_t slot, const std::string&) { return stream.atlas.view(slot)->photograph; };
+  const auto as_it_is = [&](std::uint32_t slot, const std::string&) { return *stream.atlas.view(slot)->photograph; };
   const tbb::global_control one_thread(tbb::global_control::max_allowed_parallelism, 1);
   for (const int calls : {0, 3, 8, 11}) {
     CAPTURE(calls);
@@ -780,7 +781,7 @@ TEST_CASE("polishing, masks and cameras can be stopped between one view and the 
     for (const Frame& f : frames) {
       const auto view = stream.atlas.view(stream.slot_of(f.name).value());
       CHECK_NOTHROW(check(view->camera));
-      CHECK(view->depth == stream.relief.visibility->trace(view->camera).depth);
+      CHECK(view->mask->depth == stream.relief.visibility->trace(view->camera).depth);
     }
   }
   calls_left = 1000;
@@ -878,14 +879,14 @@ TEST_CASE(
     stream.planner.offer(f.name, f.given, photograph);
   }
   const std::uint32_t slot = stream.slot_of("view 1").value();
-  REQUIRE_FALSE(stream.atlas.view(slot)->trust.empty());
-  CHECK(static_cast<int>(stream.atlas.view(slot)->trust[85 * 240 + 120]) == 0);
+  REQUIRE_FALSE(stream.atlas.view(slot)->mask->trust.empty());
+  CHECK(static_cast<int>(stream.atlas.view(slot)->mask->trust[85 * 240 + 120]) == 0);
   stream.planner.refiner().polish();
   stream.planner.refiner().settle();
-  REQUIRE_FALSE(stream.atlas.view(slot)->trust.empty());
-  CHECK(static_cast<int>(stream.atlas.view(slot)->trust[85 * 240 + 120]) == 0);
+  REQUIRE_FALSE(stream.atlas.view(slot)->mask->trust.empty());
+  CHECK(static_cast<int>(stream.atlas.view(slot)->mask->trust[85 * 240 + 120]) == 0);
   for (std::uint32_t other = 0; other < 8; ++other) {
-    if (other != slot && stream.atlas.view(other)) CHECK(stream.atlas.view(other)->trust.empty());
+    if (other != slot && stream.atlas.view(other)) CHECK(stream.atlas.view(other)->mask->trust.empty());
   }
 }
 

@@ -326,8 +326,8 @@ TEST_CASE("a build leaves black borders out, paints none of them and takes them 
   CHECK_THAT(result.warnings.front(), Catch::Contains("black border"));
   for (const auto& view : result.snapshot.views) {
     if (!view) continue;
-    CHECK(view->validity[3] == 0);
-    CHECK(view->validity[60 * view->camera.width + 5] == 0);
+    CHECK(view->mask->validity[3] == 0);
+    CHECK(view->mask->validity[60 * view->camera.width + 5] == 0);
   }
   for (const RefinedLens& lens : result.lenses) CHECK_FALSE(lens.applied);
 }

@@ -35,7 +35,7 @@ TEST_CASE("views back at their given poses are trusted as they were, so that mas
   }
   CHECK_FALSE(with_given_poses(model, given, *visibility, options));
   const StoredView& stored = *model.views[1];
-  std::vector<std::uint8_t> trust(stored.depth.size(), 255);
+  std::vector<std::uint8_t> trust(stored.mask->depth.size(), 255);
   std::fill_n(trust.begin(), trust.size() / 2, std::uint8_t{0});
   Camera refined = stored.camera;
   refined.cam_from_world_translation.x += 0.01;
@@ -45,10 +45,10 @@ TEST_CASE("views back at their given poses are trusted as they were, so that mas
   REQUIRE(unmoved);
   const StoredView& back = *unmoved->views[1];
   CHECK(same_pose(back.camera, given[1].camera));
-  CHECK(back.trust == trust);
+  CHECK(back.mask->trust == trust);
   const StoredView expected = make_stored_view(stored.name, given[1].camera, back.photograph,
                                                visibility->trace(given[1].camera), options, trust);
-  CHECK(back.validity == expected.validity);
+  CHECK(back.mask->validity == expected.mask->validity);
   CHECK(unmoved->views[0] == model.views[0]);  // was not moved
 }
 

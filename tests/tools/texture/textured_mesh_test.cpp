@@ -165,7 +165,7 @@ TEST_CASE("what no photograph shows has the vertices' colours and is counted") {
     ++unseen;
     dvec3 mean(0);
     for (int c = 0; c < 3; ++c) {
-      const glm::u8vec3 vertex = snapshot.vertex_colors[mesh.mesh().faces[face][c]];
+      const glm::u8vec3 vertex = snapshot.vertex_colors.get()[mesh.mesh().faces[face][c]];
       for (int channel = 0; channel < 3; ++channel) mean[channel] += linear_from_srgb(vertex[channel] / 255.0) / 3;
     }
     REQUIRE(worst(sampled(mesh, baked, face, point) - levels_of(mean)) < 5);  // at an eighth of the density

@@ -18,6 +18,7 @@
 #include <utility>
 
 #include "tests/support/small_scenes.h"
+#include "tests/support/view_parts.h"
 
 namespace lumatlas {
 namespace {
@@ -106,7 +107,7 @@ TEST_CASE("what did not change keeps its name, and what no version needs any mor
   const json first = running.read("scene.json");
   Snapshot moved = room(5);  // made anew: only what follows differs
   auto other = std::make_shared<StoredView>(*moved.views[1]);
-  other->photograph.rgb[0] ^= 1;
+  own_photograph(*other).rgb[0] ^= 1;
   moved.views[1] = other;
   site.update(moved, false);
   const json second = running.read("scene.json");
@@ -125,7 +126,9 @@ TEST_CASE("what did not change keeps its name, and what no version needs any mor
   CHECK(third["version"] == 3);
   CHECK(third["tables"] == second["tables"]);
   CHECK(third["colors"] == second["colors"]);
-  moved.vertex_colors.front().r ^= 1;
+  FallbackColors::Colors colors = moved.vertex_colors.get();
+  colors.front().r ^= 1;
+  moved.vertex_colors = std::move(colors);
   site.update(moved, false);
   CHECK(running.read("scene.json")["colors"]["file"] == "colors-4.bin");
   const std::set<std::string> kept = files_of(running.read("scene.json"));
@@ -215,7 +218,9 @@ TEST_CASE("a snapshot looks like another until something that is drawn differs")
   other.references.views.front() ^= 1;
   CHECK_FALSE(look_alike(scene, other));
   other = scene;
-  other.vertex_colors.front().r ^= 1;
+  FallbackColors::Colors colors = other.vertex_colors.get();
+  colors.front().r ^= 1;
+  other.vertex_colors = std::move(colors);
   CHECK_FALSE(look_alike(scene, other));
 }
 

@@ -6,6 +6,7 @@
 
 #include "atlas/images/image_levels.h"
 #include "tests/support/small_scenes.h"
+#include "tests/support/view_parts.h"
 
 namespace lumatlas {
 namespace {
@@ -18,9 +19,9 @@ StoredView view() {
 TEST_CASE("a factor of one changes nothing") {
   const StoredView stored = view();
   const ScaledView scaled = scaled_view(stored, 1);
-  CHECK(scaled.photograph.rgb == stored.photograph.rgb);
-  CHECK(scaled.validity == stored.validity);
-  CHECK(scaled.rim == stored.rim);
+  CHECK(scaled.photograph.rgb == stored.photograph->rgb);
+  CHECK(scaled.validity == stored.mask->validity);
+  CHECK(scaled.rim == stored.mask->rim);
 }
 
 TEST_CASE("half the size is the next coarser level") {
@@ -41,8 +42,9 @@ TEST_CASE("half the size is the next coarser level") {
 
 TEST_CASE("other factors keep one colour, and a part of a pixel at the border") {
   StoredView stored = view();
-  std::fill(stored.photograph.rgb.begin(), stored.photograph.rgb.end(), std::uint8_t{77});
-  std::fill(stored.validity.begin(), stored.validity.end(), std::uint8_t{255});
+  std::vector<std::uint8_t>&rgb = own_photograph(stored).rgb, &validity = own_mask(stored).validity;
+  std::fill(rgb.begin(), rgb.end(), std::uint8_t{77});
+  std::fill(validity.begin(), validity.end(), std::uint8_t{255});
   const ScaledView scaled = scaled_view(stored, 41.0 / 64);
   CHECK(scaled.width == 62);   // 61.5
   CHECK(scaled.height == 47);  // 46.125
@@ -63,9 +65,10 @@ TEST_CASE("a small picture keeps its shape") {
 
 TEST_CASE("a small picture has no holes where tiles are missing") {
   StoredView stored = view();
-  std::fill(stored.photograph.rgb.begin(), stored.photograph.rgb.end(), std::uint8_t{90});
+  Photograph& photograph = own_photograph(stored);
+  std::fill(photograph.rgb.begin(), photograph.rgb.end(), std::uint8_t{90});
   for (std::uint32_t y = 16; y < 48; ++y) {  // two rows of tiles, without their last column
-    for (std::uint32_t x = 0; x < 80; ++x) std::fill_n(&stored.photograph.rgb[3 * (y * 96 + x)], 3, std::uint8_t{0});
+    for (std::uint32_t x = 0; x < 80; ++x) std::fill_n(&photograph.rgb[3 * (y * 96 + x)], 3, std::uint8_t{0});
   }
   std::vector<std::uint8_t> there(6 * 5, 1);
   for (std::size_t tile = 6; tile < 18; ++tile) there[tile] = tile % 6 == 5 ? 1 : 0;

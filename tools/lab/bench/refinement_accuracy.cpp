@@ -69,7 +69,7 @@ void add_mask(const StoredView& view, const TrueView& truth, MaskAccuracy& masks
   }
   for (std::size_t pixel = 0; pixel < pixels; ++pixel) {
     const bool hidden = truth.mask && mask.rgb[3 * pixel] >= 128;
-    const bool distrusted = !view.trust.empty() && view.trust[pixel] < kLeastTrust;
+    const bool distrusted = !view.mask->trust.empty() && view.mask->trust[pixel] < kLeastTrust;
     masks.hidden += hidden;
     masks.distrusted += distrusted;
     masks.both += hidden && distrusted;

@@ -21,6 +21,7 @@
 #include <memory>
 #include <numeric>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "atlas/model/model_file.h"
@@ -213,7 +214,9 @@ Snapshot keeping(const Snapshot& model, const std::vector<bool>& kept) {
     }
     rest.tiles.first_tile[slot + 1] = static_cast<std::uint32_t>(rest.tiles.slots.size());
   }
-  rest.vertex_colors.front() = glm::u8vec3(std::hash<std::vector<bool>>{}(kept) % 256);
+  FallbackColors::Colors colors = model.vertex_colors.get();
+  colors.front() = glm::u8vec3(std::hash<std::vector<bool>>{}(kept) % 256);
+  rest.vertex_colors = std::move(colors);
   return rest;
 }
 

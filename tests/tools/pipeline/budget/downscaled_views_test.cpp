@@ -115,9 +115,9 @@ TEST_CASE("where any loss is too much, photographs are those that nobody tried t
     if (!tried.snapshot.views[slot]) continue;  // nobody missed it
     ++compared;
     const StoredView &before = *full.snapshot.views[slot], &after = *tried.snapshot.views[slot];
-    CHECK(after.photograph.rgb == before.photograph.rgb);
-    CHECK(after.depth == before.depth);
-    CHECK(after.validity == before.validity);
+    CHECK(after.photograph->rgb == before.photograph->rgb);
+    CHECK(after.mask->depth == before.mask->depth);
+    CHECK(after.mask->validity == before.mask->validity);
   }
   CHECK(compared == 16 - tried.parsimony->taken_away.size());
   CHECK(compared > 8);
@@ -150,7 +150,7 @@ TEST_CASE("what is masked beside depth edges is never narrower on the surface, a
   const auto written = by_name(half.snapshot), found = by_name(read.snapshot);
   REQUIRE(written.size() == found.size());
   REQUIRE_FALSE(written.empty());
-  for (const auto& [name, view] : written) CHECK(found.at(name)->validity == view->validity);
+  for (const auto& [name, view] : written) CHECK(found.at(name)->mask->validity == view->mask->validity);
 }
 
 TEST_CASE("bounds on the loss by resolution are checked") {

@@ -169,8 +169,8 @@ TEST_CASE("where photographs were downscaled, the mesh is as coarse as they, if 
   for (std::size_t slot = 0; slot < tried.snapshot.views.size(); ++slot) {
     if (!tried.snapshot.views[slot] || !finer.snapshot.views[slot]) continue;  // nobody missed it
     ++compared;
-    CHECK((tried.snapshot.views[slot]->depth == finer.snapshot.views[slot]->depth));
-    CHECK((tried.snapshot.views[slot]->validity == finer.snapshot.views[slot]->validity));
+    CHECK((tried.snapshot.views[slot]->mask->depth == finer.snapshot.views[slot]->mask->depth));
+    CHECK((tried.snapshot.views[slot]->mask->validity == finer.snapshot.views[slot]->mask->validity));
   }
   CHECK(compared > 4);
 }
@@ -184,8 +184,8 @@ TEST_CASE("faces go after photographs were downscaled, and of refined views") {
   CHECK(result.face_loss_db != 0);
   for (const auto& view : result.snapshot.views) {
     if (!view) continue;
-    CHECK(view->camera.width == view->photograph.width);
-    CHECK(view->depth.size() == std::size_t{view->camera.width} * view->camera.height);
+    CHECK(view->camera.width == view->photograph->width);
+    CHECK(view->mask->depth.size() == std::size_t{view->camera.width} * view->camera.height);
   }
 }
 

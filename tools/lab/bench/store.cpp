@@ -1,0 +1,244 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Benchmark of a store that changes: milliseconds of a snapshot after one view has moved, of new poses of all views
+// until a snapshot has them, and of what a renderer uploads for a new pose and for a new mask. The surface and its
+// photographs are generated. JSON goes to stdout; exit status as of lumatlas itself.
+#include <epoxy/gl.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <functional>
+#include <glm/glm.hpp>
+#include <iostream>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "atlas/atlas.h"
+#include "blend/gl/egl_context.h"
+#include "blend/renderer.h"
+#include "mesh/base/median.h"
+#include "tools/base/elapsed.h"
+#include "tools/lab/bench/program.h"
+
+namespace lumatlas {
+
+namespace {
+
+struct Flags {
+  std::uint32_t vertices = 1'200'000;
+  std::uint32_t views = 300;
+  std::uint32_t repeats = 9;
+  bool upload = true;
+};
+
+constexpr std::uint32_t kQuadsOfCell = 20;  // across a cell
+constexpr TileOptions kLayout{64, 2, 0};
+
+// A sheet over the unit square with hills of a hundredth, in square cells.
+std::shared_ptr<const Surface> hilly_sheet(std::uint32_t vertices) {
+  const auto surface = std::make_shared<Surface>();
+  const auto quads = static_cast<std::uint32_t>(std::ceil(std::sqrt(vertices))) - 1;
+  for (std::uint32_t j = 0; j <= quads; ++j) {
+    for (std::uint32_t i = 0; i <= quads; ++i) {
+      const double x = static_cast<double>(i) / quads, y = static_cast<double>(j) / quads;
+      surface->mesh.positions.emplace_back(x, y, 0.01 * std::sin(31 * x) * std::sin(23 * y));
+    }
+  }
+  const std::uint32_t columns = (quads + kQuadsOfCell - 1) / kQuadsOfCell;
+  std::vector<std::uint32_t> cell_of_face;
+  for (std::uint32_t j = 0; j < quads; ++j) {
+    for (std::uint32_t i = 0; i < quads; ++i) {
+      const std::uint32_t a = j * (quads + 1) + i, c = a + quads + 2;
+      surface->mesh.faces.insert(surface->mesh.faces.end(), {{a, a + 1, c}, {a, c, c - 1}});
+      cell_of_face.insert(cell_of_face.end(), 2, j / kQuadsOfCell * columns + i / kQuadsOfCell);
+    }
+  }
+  surface->cells =
+      measure_cells(surface->mesh, std::move(cell_of_face), static_cast<double>(kQuadsOfCell) / std::max(quads, 1u));
+  return surface;
+}
+
+// Looks at the sheet from above (x, y), so that a photograph is `across` of the sheet wide.
+Camera camera_above(double x, double y, double across, std::uint32_t width, std::uint32_t height) {
+  Camera camera;
+  camera.width = width;
+  camera.height = height;
+  camera.fx = camera.fy = width;
+  camera.cx = width / 2.0;
+  camera.cy = height / 2.0;
+  camera.cam_from_world_rotation = glm::dmat3(1, 0, 0, 0, -1, 0, 0, 0, -1);
+  camera.cam_from_world_translation = -(camera.cam_from_world_rotation * glm::dvec3(x, y, across));
+  return camera;
+}
+
+Photograph noise(std::uint32_t width, std::uint32_t height, std::uint32_t seed) {
+  Photograph photograph{width, height, {}, {}};
+  photograph.rgb.resize(std::size_t{3} * width * height);
+  for (std::uint8_t& value : photograph.rgb) {
+    seed = seed * 1664525 + 1013904223;
+    value = static_cast<std::uint8_t>(seed >> 24);
+  }
+  return photograph;
+}
+
+// Puts views into a store, every cell referring to those that see it.
+std::unique_ptr<Atlas> store_of(const std::shared_ptr<const Surface>& surface, const Visibility& visibility,
+                                const std::vector<Camera>& cameras) {
+  auto atlas = std::make_unique<Atlas>(surface, static_cast<std::uint32_t>(cameras.size()), kLayout);
+  std::vector<std::vector<std::uint32_t>> references(surface->cells.cells.size());
+  for (const Camera& camera : cameras) {
+    VisibilityBuffer visible = visibility.trace_sparsely(camera);
+    const std::vector<CellPixels> cells = count_cell_pixels(visible, surface->cells);
+    TiledView tiled = make_tiled_view("view " + std::to_string(atlas->size()), camera,
+                                      noise(camera.width, camera.height, atlas->size()), std::move(visible),
+                                      surface->cells, kLayout, {});
+    const std::uint32_t slot = atlas->insert(std::move(tiled.view), std::move(tiled.shown));
+    for (const CellPixels& seen : cells) references[seen.cell].push_back(slot);
+  }
+  for (std::uint32_t cell = 0; cell < references.size(); ++cell) {
+    atlas->set_references(cell, std::move(references[cell]));
+  }
+  return atlas;
+}
+
+// Returns the median of the times that `work` takes after `prepare`, milliseconds.
+double median_ms(std::uint32_t repeats, const std::function<void()>& prepare, const std::function<void()>& work) {
+  std::vector<double> times;
+  for (std::uint32_t i = 0; i < repeats; ++i) {
+    prepare();
+    const auto start = std::chrono::steady_clock::now();
+    work();
+    times.push_back(ms_since(start));
+  }
+  return percentile(times, 0.5);
+}
+
+Camera moved(const Atlas& atlas, std::uint32_t slot) {
+  Camera camera = atlas.view(slot)->camera;
+  camera.cam_from_world_translation.x += 1e-4;
+  return camera;
+}
+
+void move(Atlas& atlas, std::uint32_t slot) {
+  const ViewPose pose{slot, moved(atlas, slot)};
+  atlas.set_poses({&pose, 1});
+}
+
+nlohmann::json measured_store(const std::shared_ptr<const Surface>& surface, const Visibility& visibility,
+                              const Flags& flags) {
+  // They leave a tenth of the sheet to no view.
+  std::vector<Camera> cameras;
+  const auto columns = static_cast<std::uint32_t>(std::ceil(std::sqrt(flags.views * 4.0 / 3)));
+  for (std::uint32_t view = 0; view < flags.views; ++view) {
+    cameras.push_back(camera_above(0.9 * (view % columns + 0.5) / columns,
+                                   1.2 * static_cast<double>(view / columns) / columns, 0.12, 160, 120));
+  }
+  const std::unique_ptr<Atlas> atlas = store_of(surface, visibility, cameras);
+  nlohmann::json result;
+  Snapshot snapshot;
+  result["first_snapshot_ms"] = median_ms(
+      1, [] {}, [&] { snapshot = atlas->snapshot(); });
+  const auto take = [&] { snapshot = atlas->snapshot(); };
+  std::uint32_t slot = 0;
+  const auto move_next = [&] { move(*atlas, slot++ % flags.views); };
+  result["first_colors_ms"] = median_ms(
+      1, [] {}, [&] { (void)snapshot.vertex_colors.get(); });
+  result["snapshot_after_a_moved_view_ms"] = median_ms(flags.repeats, move_next, take);
+  result["colors_after_a_moved_view_ms"] = median_ms(
+      flags.repeats,
+      [&] {
+        move_next();
+        take();
+      },
+      [&] { (void)snapshot.vertex_colors.get(); });
+  result["snapshot_after_no_change_ms"] = median_ms(
+      flags.repeats, [] {}, take);
+  result["new_poses_of_all_until_in_a_snapshot_ms"] = median_ms(
+      flags.repeats, [] {},
+      [&] {
+        std::vector<ViewPose> poses;
+        for (std::uint32_t view = 0; view < flags.views; ++view) poses.push_back({view, moved(*atlas, view)});
+        atlas->set_poses(poses);
+        take();
+      });
+  return result;
+}
+
+nlohmann::json measured_uploads(const std::shared_ptr<const Surface>& surface, const Visibility& visibility,
+                                const Flags& flags) {
+  const EglContext context;
+  std::vector<Camera> cameras;
+  for (int view = 0; view < 4; ++view) cameras.push_back(camera_above(0.3 + 0.1 * view, 0.5, 0.5, 1920, 1080));
+  const std::unique_ptr<Atlas> atlas = store_of(surface, visibility, cameras);
+  Renderer renderer;
+  Snapshot snapshot;
+  const auto draw = [&] {
+    renderer.draw(cameras[1], {});
+    glFinish();
+  };
+  const auto load = [&] { renderer.load(snapshot); };
+  const auto load_and_finish = [&] {
+    load();
+    glFinish();
+  };
+  const auto after = [&](const std::function<void()>& change, const std::function<void()>& work) {
+    return median_ms(
+        flags.repeats,
+        [&] {
+          draw();
+          change();
+          snapshot = atlas->snapshot();
+        },
+        work);
+  };
+  snapshot = atlas->snapshot();
+  load();
+  nlohmann::json result{{"context", context.description()}};
+  const auto move_one = [&] { move(*atlas, 1); };
+  result["load_after_a_new_pose_ms"] = after(move_one, load);
+  result["load_after_a_new_pose_until_the_driver_is_done_ms"] = after(move_one, load_and_finish);
+  int step = 0;
+  const auto mask_one = [&] {
+    auto mask = std::make_shared<ViewMask>(*atlas->view(1)->mask);
+    for (std::size_t pixel = 0; pixel < mask->validity.size(); pixel += 3) {
+      mask->validity[pixel] = static_cast<std::uint8_t>(100 + step);
+    }
+    ++step;
+    atlas->replace_mask(1, std::move(mask), *atlas->shown(1));
+  };
+  result["load_after_a_new_mask_until_the_driver_is_done_ms"] = after(mask_one, load_and_finish);
+  result["draw_ms"] = median_ms(
+      flags.repeats, [] {}, draw);
+  return result;
+}
+
+void run(const Flags& flags) {
+  const std::shared_ptr<const Surface> surface = hilly_sheet(flags.vertices);
+  const std::unique_ptr<Visibility> visibility = make_ray_visibility(surface->mesh);
+  nlohmann::json result{{"vertices", surface->mesh.positions.size()},
+                        {"faces", surface->mesh.faces.size()},
+                        {"cells", surface->cells.cells.size()},
+                        {"views", flags.views}};
+  result["store"] = measured_store(surface, *visibility, flags);
+  if (flags.upload) result["upload_1080p"] = measured_uploads(surface, *visibility, flags);
+  std::cout << result.dump(2) << '\n';
+}
+
+}  // namespace
+
+}  // namespace lumatlas
+
+int main(int argc, char** argv) {
+  CLI::App program("Benchmark of lumatlas's store: what a change costs until it is in a snapshot and on the GPU");
+  program.option_defaults()->always_capture_default();
+  lumatlas::Flags flags;
+  program.add_option("--vertices", flags.vertices, "About how many the surface has")->check(CLI::Range(4u, 100000000u));
+  program.add_option("--views", flags.views, "Of 160 x 120 pixels")->check(CLI::Range(1u, 100000u));
+  program.add_option("--repeats", flags.repeats, "Times that each is measured; medians are printed")
+      ->check(CLI::Range(1u, 10000u));
+  program.add_flag("!--no-upload", flags.upload, "Do not measure uploads, which need OpenGL");
+  return lumatlas::run_program(program, "bench_store", argc, argv, [&] { lumatlas::run(flags); });
+}
