@@ -19,4 +19,8 @@ std::string content_digits(std::span<const std::byte> bytes) {
   return std::string(digits.size() - written.size(), '0') + written;
 }
 
+std::string name_by_content(const std::string& stem, const std::string& ending, std::span<const std::uint8_t> bytes) {
+  return stem + "-" + content_digits(std::as_bytes(bytes)) + ending;
+}
+
 }  // namespace lumatlas

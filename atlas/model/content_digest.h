@@ -16,4 +16,9 @@ namespace lumatlas {
 // The digest as 16 hexadecimal digits, for the names of files.
 [[nodiscard]] std::string content_digits(std::span<const std::byte> bytes);
 
+// Returns "STEM-DIGEST.ENDING". Files of one name have the same bytes, so that a reader which is still at an earlier
+// model never meets a file of a later one, and no cache takes one for another.
+[[nodiscard]] std::string name_by_content(const std::string& stem, const std::string& ending,
+                                          std::span<const std::uint8_t> bytes);
+
 }  // namespace lumatlas

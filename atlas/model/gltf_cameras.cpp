@@ -25,11 +25,6 @@ double near_plane(const Mesh& mesh) {
   return diagonal > 0 ? kShare * diagonal : kShare;
 }
 
-json rotation_json(const glm::dmat3& rotation) {
-  const glm::dquat q = glm::normalize(glm::quat_cast(rotation));
-  return {q.x, q.y, q.z, q.w};
-}
-
 // How many times as wide a picture must be that has the camera's principal point in its middle, the shape of the
 // camera's picture, and all of that in it. >= 1.
 double centred_size(const Camera& camera) {
@@ -59,7 +54,7 @@ json node_json(const StoredView& view, std::size_t camera) {
   const glm::dvec3 center = view.camera.center();
   return {{"name", unicode_name(view.name)},
           {"camera", camera},
-          {"rotation", rotation_json({scene_from_cam[0], -scene_from_cam[1], -scene_from_cam[2]})},
+          {"rotation", gltf_rotation({scene_from_cam[0], -scene_from_cam[1], -scene_from_cam[2]})},
           {"translation", {center.x, center.y, center.z}}};
 }
 
@@ -80,8 +75,12 @@ glm::dmat3 gltf_from_scene(const Snapshot& snapshot) {
   return cameras.empty() ? glm::dmat3(1) : upright(cameras, upward(cameras));
 }
 
-void add_cameras(json& document, const Snapshot& snapshot, const glm::dmat3& file_from_scene) {
-  document["nodes"][0]["rotation"] = rotation_json(file_from_scene);
+json gltf_rotation(const glm::dmat3& rotation) {
+  const glm::dquat q = glm::normalize(glm::quat_cast(rotation));
+  return {q.x, q.y, q.z, q.w};
+}
+
+void add_cameras(json& document, const Snapshot& snapshot) {
   const double near = near_plane(near_surface(*snapshot.surface).mesh);
   for (const auto& view : snapshot.views) {
     if (!view) continue;

@@ -17,11 +17,14 @@ namespace lumatlas {
 // views; the identity where there are none.
 [[nodiscard]] glm::dmat3 gltf_from_scene(const Snapshot& snapshot);
 
-// Turns the document's node 0, the root of its only scene, by this rotation. Below it, adds a node with a perspective
+// A node's "rotation".
+[[nodiscard]] nlohmann::json gltf_rotation(const glm::dmat3& rotation);
+
+// Adds, below the document's node 0, the root of its only scene, a node with a perspective
 // camera for each stored view, in their order, both with the view's name. glTF's cameras have their principal point in
 // the middle. If the view's is elsewhere, its glTF camera has a picture of the same shape, enlarged until it holds all
 // of the view. What the view's own is stands in the camera's extras, pixels: imageSize, focalLength and principalPoint,
 // from the top left corner.
-void add_cameras(nlohmann::json& document, const Snapshot& snapshot, const glm::dmat3& file_from_scene);
+void add_cameras(nlohmann::json& document, const Snapshot& snapshot);
 
 }  // namespace lumatlas

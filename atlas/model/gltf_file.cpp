@@ -26,60 +26,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::uint32_t kMaxIndex = 1'000'000'000;
-
-bool is_control(char c) {
-  return static_cast<unsigned char>(c) < 0x20 || c == 0x7f;
-}
-
-bool has_control(const std::string& text) {
-  return std::any_of(text.begin(), text.end(), is_control);
-}
-
-// Returns a text from a file or a parser fit for a sentence: on one line, and of bounded length.
-std::string one_line(std::string text) {
-  constexpr std::size_t kLongest = 1000;
-  if (text.size() > kLongest) text = text.substr(0, kLongest) + "...";
-  std::replace_if(text.begin(), text.end(), is_control, ' ');
-  while (!text.empty() && text.back() == ' ') text.pop_back();
-  return text;
-}
-
-// Returns whether a file's path leads out of the model's folder once symbolic links are followed.
-bool leads_out_of(const fs::path& folder, const fs::path& file) {
-  std::error_code error;
-  const fs::path home = fs::canonical(folder.empty() ? "." : folder, error);
-  if (error) return false;  // opening the file reports the error
-  const fs::path place = fs::weakly_canonical(file, error);
-  if (error) return false;
-  const fs::path relative = place.lexically_relative(home);
-  return relative.empty() || *relative.begin() == "..";
-}
-
-bool stays_in_folder(const fs::path& relative) {
-  return !relative.empty() && relative.is_relative() &&
-         std::find(relative.begin(), relative.end(), "..") == relative.end();
-}
-
-int hex_digit(char c) {
-  if (c >= '0' && c <= '9') return c - '0';
-  if (c >= 'a' && c <= 'f') return c - 'a' + 10;
-  if (c >= 'A' && c <= 'F') return c - 'A' + 10;
-  return -1;
-}
-
-// RFC 3986, 2.1.
-std::string percent_decoded(const std::string& uri) {
-  std::string decoded;
-  for (std::size_t i = 0; i < uri.size(); ++i) {
-    const int high = uri[i] == '%' && i + 2 < uri.size() ? hex_digit(uri[i + 1]) : -1;
-    const int low = high >= 0 ? hex_digit(uri[i + 2]) : -1;
-    decoded.push_back(low >= 0 ? static_cast<char>(16 * high + low) : uri[i]);
-    if (low >= 0) i += 2;
-  }
-  return decoded;
-}
-
 // Stands for the URI of the buffer in a .glb, which has none.
 constexpr const char* kBinaryChunk = "binary chunk";
 
@@ -101,7 +47,7 @@ struct Folder {
     Folder& folder = of(user_data);
     if ((folder.binary_chunk && uri == kBinaryChunk) || folder.empty_buffers.contains(uri)) return uri;
     const fs::path relative(uri);
-    if (!stays_in_folder(relative) || has_control(uri)) {
+    if (!stays_in_folder(relative) || has_control_character(uri)) {
       folder.file.refuse("its buffer has the path \"" + uri + "\", must lie in the model's own folder");
     }
     const fs::path file = folder.path / relative.lexically_normal();
@@ -131,12 +77,12 @@ struct Folder {
 
 }  // namespace
 
-GltfFile::GltfFile(fs::path path, GltfUse use) : path_(std::move(path)) {
+GltfFile::GltfFile(fs::path file, GltfUse use) : FieldReader(std::move(file)) {
   GlbFrame frame;
-  if (is_glb(path_)) {
-    frame = read_glb_frame(path_);
+  if (is_glb(path())) {
+    frame = read_glb_frame(path());
   } else {
-    frame.json = read_whole_file(path_);
+    frame.json = read_whole_file(path());
   }
   if (frame.json.size() > std::numeric_limits<std::uint32_t>::max()) {
     refuse("is larger than 4 GiB, too large for a glTF file");
@@ -147,10 +93,6 @@ GltfFile::GltfFile(fs::path path, GltfUse use) : path_(std::move(path)) {
   }
   parse(frame, use);
   check_version();
-}
-
-void GltfFile::refuse(const std::string& why) const {
-  throw InputError(path_.string() + ": " + one_line(why));
 }
 
 namespace {
@@ -205,7 +147,7 @@ void GltfFile::take_images(nlohmann::json& document) {
       place.uri = image["uri"];
     } else {
       const nlohmann::json& view = image["bufferView"];
-      if (!view.is_number_unsigned() || view > kMaxIndex) refuse(where + ": \"bufferView\" is " + view.dump());
+      if (!view.is_number_unsigned() || view > kMostIndex) refuse(where + ": \"bufferView\" is " + view.dump());
       place.buffer_view = view;
     }
     images_.push_back(std::move(place));
@@ -217,10 +159,10 @@ namespace {
 
 // The extensions that a file may require. None of the others may be skipped: what they leave out would be missing.
 bool is_known(const std::string& extension, GltfUse use) {
-  if (extension == kLumigraphExtension || extension == kUnlitExtension) return true;
+  if (extension == kLumigraphExtension || extension == kUnlitExtension || extension == kMeshoptExtension) return true;
   if (use == GltfUse::model) return false;
   constexpr std::array kElsewhere{"KHR_materials_", "KHR_texture_", "EXT_texture_", "KHR_lights_"};
-  return extension == "KHR_mesh_quantization" || extension == "KHR_node_visibility" || extension == kMeshoptExtension ||
+  return extension == "KHR_mesh_quantization" || extension == "KHR_node_visibility" ||
          std::any_of(kElsewhere.begin(), kElsewhere.end(), [&](auto start) { return extension.starts_with(start); });
 }
 
@@ -253,7 +195,7 @@ void GltfFile::check_required(const nlohmann::json& document, GltfUse use) const
 }
 
 void GltfFile::parse(const GlbFrame& frame, GltfUse use) {
-  Folder folder{*this, path_.parent_path(), {}, {}, {}};
+  Folder folder{*this, path().parent_path(), {}, {}, {}};
   std::set<int> empty_buffers;
   nlohmann::json document = nlohmann::json::parse(frame.json, nullptr, false);
   std::string json = frame.json;  // tinygltf refuses a text that is no JSON
@@ -261,13 +203,11 @@ void GltfFile::parse(const GlbFrame& frame, GltfUse use) {
     check_required(document, use);
     take_images(document);
     if (const std::optional<std::uint64_t> bytes = name_binary_chunk(document, frame)) {
-      folder.binary_chunk = [&, count = *bytes] { return read_glb_binary(path_, frame, count); };
+      folder.binary_chunk = [&, count = *bytes] { return read_glb_binary(path(), frame, count); };
     }
-    if (use == GltfUse::mesh) {
-      for (const auto& [name, number] : name_empty_buffers(document)) {
-        folder.empty_buffers.insert(name);
-        empty_buffers.insert(number);
-      }
+    for (const auto& [name, number] : name_empty_buffers(document)) {
+      folder.empty_buffers.insert(name);
+      empty_buffers.insert(number);
     }
     json = document.dump();
   }
@@ -325,7 +265,7 @@ MeshoptView GltfFile::meshopt_view(const Object& compression, const std::string&
 std::vector<unsigned char> GltfFile::decoded_bytes(const Object& compression, const MeshoptView& shape,
                                                    const std::string& where) const {
   constexpr std::uint32_t kMost = std::numeric_limits<std::uint32_t>::max();
-  const int buffer = static_cast<int>(whole_number(compression, where, "buffer", 0, kMaxIndex));
+  const int buffer = static_cast<int>(whole_number(compression, where, "buffer", 0, kMostIndex));
   const std::size_t offset =
       compression.Has("byteOffset") ? whole_number(compression, where, "byteOffset", 0, kMost) : 0;
   const std::size_t length = whole_number(compression, where, "byteLength", 0, kMost);
@@ -371,70 +311,6 @@ int GltfFile::attribute(const char* name, std::size_t mesh) const {
   return found->second;
 }
 
-const GltfFile::Object& GltfFile::field(const Object& object, const std::string& where, const char* name) const {
-  if (!object.IsObject()) refuse(where + " is not an object");
-  if (!object.Has(name)) refuse(where + " has no \"" + name + "\"");
-  return object.Get(name);
-}
-
-void GltfFile::require_within(double x, const std::string& what, double least, double most) const {
-  if (x >= least && x <= most) return;
-  refuse(what + " is " + number_text(x) + ", must be in [" + number_text(least) + ", " + number_text(most) + "]");
-}
-
-double GltfFile::number(const Object& object, const std::string& where, const char* name, double least,
-                        double most) const {
-  const Object& value = field(object, where, name);
-  if (!value.IsNumber()) refuse(where + ": \"" + name + "\" is not a number");
-  require_within(value.GetNumberAsDouble(), where + ": \"" + name + "\"", least, most);
-  return value.GetNumberAsDouble();
-}
-
-std::uint32_t GltfFile::whole_number(const Object& object, const std::string& where, const char* name,
-                                     std::uint32_t least, std::uint32_t most) const {
-  const double x = number(object, where, name, least, most);
-  if (x != std::floor(x)) refuse(where + ": \"" + name + "\" is " + number_text(x) + ", must be a whole number");
-  return static_cast<std::uint32_t>(x);
-}
-
-std::vector<double> GltfFile::numbers(const Object& object, const std::string& where, const char* name,
-                                      std::size_t count) const {
-  const Object& array = field(object, where, name);
-  if (!array.IsArray() || array.ArrayLen() != count) {
-    refuse(where + ": \"" + name + "\" is not an array of " + std::to_string(count) + " numbers");
-  }
-  std::vector<double> numbers;
-  for (std::size_t i = 0; i < count; ++i) {
-    const Object& value = array.Get(static_cast<int>(i));
-    if (!value.IsNumber() || !std::isfinite(value.GetNumberAsDouble())) {
-      refuse(where + ": \"" + name + "\"[" + std::to_string(i) + "] is not a finite number");
-    }
-    numbers.push_back(value.GetNumberAsDouble());
-  }
-  return numbers;
-}
-
-std::vector<double> GltfFile::numbers(const Object& object, const std::string& where, const char* name,
-                                      std::size_t count, double least, double most) const {
-  std::vector<double> all = numbers(object, where, name, count);
-  for (std::size_t i = 0; i < count; ++i) {
-    require_within(all[i], where + ": \"" + name + "\"[" + std::to_string(i) + "]", least, most);
-  }
-  return all;
-}
-
-std::string GltfFile::text(const Object& object, const std::string& where, const char* name) const {
-  const Object& value = field(object, where, name);
-  if (!value.IsString()) refuse(where + ": \"" + name + "\" is not a string");
-  const auto& text = value.Get<std::string>();
-  if (has_control(text)) refuse(where + ": \"" + name + "\" is \"" + text + "\", with a control character in it");
-  return text;
-}
-
-int GltfFile::accessor(const Object& object, const std::string& where, const char* name) const {
-  return static_cast<int>(whole_number(object, where, name, 0, kMaxIndex));
-}
-
 const tinygltf::Accessor& GltfFile::accessor_at(int accessor, const std::string& where) const {
   if (accessor < 0 || static_cast<std::size_t>(accessor) >= model_.accessors.size()) refuse(where + " does not exist");
   return model_.accessors[static_cast<std::size_t>(accessor)];
@@ -464,9 +340,11 @@ std::span<const unsigned char> GltfFile::view_bytes(int view_index, const std::s
   return part_of_buffer(view.buffer, view.byteOffset, view.byteLength, where);
 }
 
-std::span<const unsigned char> GltfFile::packed_bytes(int view, const std::string& what) const {
+std::span<const unsigned char> GltfFile::packed_bytes(int view, const std::string& what,
+                                                      std::size_t element_bytes) const {
   const std::string where = what + ": buffer view " + std::to_string(view);
-  if (view_at(view, where).byteStride != 0) refuse(where + " has a stride, must be packed");
+  const std::size_t stride = view_at(view, where).byteStride;
+  if (stride != 0 && stride != element_bytes) refuse(where + " has a stride, must be packed");
   return view_bytes(view, what);
 }
 
@@ -481,7 +359,8 @@ GltfFile::Bytes GltfFile::bytes_of(int accessor_index, const std::string& what, 
     refuse(where + " has " + std::to_string(accessor.count) + " elements, must have a multiple of " +
            std::to_string(type.elements_per_value));
   }
-  const std::span<const unsigned char> bytes = packed_bytes(accessor.bufferView, what);
+  const std::span<const unsigned char> bytes =
+      packed_bytes(accessor.bufferView, what, value_size / type.elements_per_value);
   const std::size_t count = accessor.count / type.elements_per_value;
   if (accessor.byteOffset > bytes.size() || count > (bytes.size() - accessor.byteOffset) / value_size) {
     refuse(where + " reaches beyond its buffer view of " + std::to_string(bytes.size()) + " bytes");
@@ -526,25 +405,28 @@ std::uint64_t GltfFile::decoded_size() const {
   return bytes;
 }
 
+std::vector<std::string> GltfFile::uris() const {
+  std::vector<std::string> uris;
+  for (const ImagePlace& image : images_) {
+    if (image.buffer_view < 0) uris.push_back(image.uri);
+  }
+  for (const tinygltf::Buffer& buffer : model_.buffers) {
+    const bool is_stand_in = buffer.uri == kBinaryChunk || buffer.extensions.contains(kMeshoptExtension);
+    if (!buffer.uri.empty() && !is_stand_in) uris.push_back(buffer.uri);
+  }
+  return uris;
+}
+
 GltfImage GltfFile::image(std::uint32_t index) const {
   const std::string where = "image " + std::to_string(index);
   if (index >= images_.size()) refuse(where + " does not exist");
   const ImagePlace& place = images_[index];
   if (place.buffer_view >= 0) {
-    const std::span<const unsigned char> bytes = packed_bytes(place.buffer_view, where);
+    const std::span<const unsigned char> bytes = packed_bytes(place.buffer_view, where, 1);
     if (bytes.empty()) refuse(where + " is empty");
-    return {path_.string() + ": " + where, bytes};
+    return {path().string() + ": " + where, bytes};
   }
-  if (place.uri.starts_with("data:")) refuse(where + " is a data URI, must be a file or in a buffer");
-  const std::string relative = percent_decoded(place.uri);
-  if (!stays_in_folder(relative) || has_control(relative)) {
-    refuse(where + " has the path \"" + relative + "\", must lie in the model's own folder");
-  }
-  const fs::path file = path_.parent_path() / relative;
-  if (leads_out_of(path_.parent_path(), file)) {
-    refuse(where + ", " + relative + ", is a link that leads out of the model's own folder");
-  }
-  return {file, {}};
+  return {file_beside(place.uri, where), {}};
 }
 
 }  // namespace lumatlas

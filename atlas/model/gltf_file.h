@@ -16,6 +16,7 @@
 #include <string>
 #include <vector>
 
+#include "atlas/model/field_reader.h"
 #include "atlas/model/glb_file.h"
 #include "atlas/model/meshopt_compression.h"
 #include "atlas/model/tiny_gltf.h"
@@ -42,19 +43,9 @@ struct GltfElements {
 // Which extensions a file may require: those of a model, or all that change nothing about where triangles are.
 enum class GltfUse { model, mesh };
 
-// An image, not decoded: a file, or bytes of a buffer.
-struct GltfImage {
-  std::filesystem::path file;            // in a buffer: what stands for it in sentences
-  std::span<const unsigned char> bytes;  // empty: in `file`
-};
-
-class GltfFile {
+class GltfFile : public FieldReader {
  public:
-  using Object = tinygltf::Value;
-
-  explicit GltfFile(std::filesystem::path path, GltfUse use = GltfUse::model);  // which must be a file
-
-  [[noreturn]] void refuse(const std::string& why) const;
+  explicit GltfFile(std::filesystem::path file, GltfUse use = GltfUse::model);  // which must be a file
 
   [[nodiscard]] const Object& extension(const char* name) const;                   // refuses if there is none
   [[nodiscard]] const tinygltf::Primitive& triangles(std::size_t mesh = 0) const;  // the first primitive of the mesh
@@ -63,19 +54,6 @@ class GltfFile {
   [[nodiscard]] const tinygltf::Model& contents() const { return model_; }  // with no check but of what is read below
   [[nodiscard]] std::uint64_t buffer_bytes() const;
   [[nodiscard]] std::uint64_t decoded_size() const;  // bytes of all compressed buffer views, once decoded
-
-  // Fields of an object; `where` names it in refusals.
-  [[nodiscard]] const Object& field(const Object& object, const std::string& where, const char* name) const;
-  [[nodiscard]] double number(const Object& object, const std::string& where, const char* name, double least,
-                              double most) const;
-  [[nodiscard]] std::uint32_t whole_number(const Object& object, const std::string& where, const char* name,
-                                           std::uint32_t least, std::uint32_t most) const;
-  [[nodiscard]] std::vector<double> numbers(const Object& object, const std::string& where, const char* name,
-                                            std::size_t count) const;  // all finite
-  [[nodiscard]] std::vector<double> numbers(const Object& object, const std::string& where, const char* name,
-                                            std::size_t count, double least, double most) const;
-  [[nodiscard]] std::string text(const Object& object, const std::string& where, const char* name) const;  // one line
-  [[nodiscard]] int accessor(const Object& object, const std::string& where, const char* name) const;
 
   // A copy of an accessor's values. T is as large as the elements of one value.
   template <typename T>
@@ -89,6 +67,8 @@ class GltfFile {
   // The elements of any accessor that is not sparse, all inside its buffer; they live as long as this object.
   [[nodiscard]] GltfElements elements(int accessor, const std::string& what) const;
 
+  // Returns the URIs of its images and buffers in files of their own.
+  [[nodiscard]] std::vector<std::string> uris() const;
   [[nodiscard]] GltfImage image(std::uint32_t index) const;  // its bytes live as long as this object
 
  private:
@@ -101,8 +81,8 @@ class GltfFile {
   [[nodiscard]] const tinygltf::Accessor& accessor_at(int accessor, const std::string& where) const;
   [[nodiscard]] const tinygltf::BufferView& view_at(int view, const std::string& where) const;
   [[nodiscard]] std::span<const unsigned char> view_bytes(int view, const std::string& what) const;
-  [[nodiscard]] std::span<const unsigned char> packed_bytes(int view, const std::string& what) const;
-  void require_within(double x, const std::string& what, double least, double most) const;
+  [[nodiscard]] std::span<const unsigned char> packed_bytes(int view, const std::string& what,
+                                                            std::size_t element_bytes) const;
   void parse(const GlbFrame& frame, GltfUse use);
   void take_images(nlohmann::json& document);
   void decode_views(const std::set<int>& empty_buffers);
@@ -120,7 +100,6 @@ class GltfFile {
     int buffer_view = -1;  // -1: at the URI
   };
 
-  std::filesystem::path path_;
   std::vector<ImagePlace> images_;
   tinygltf::Model model_;
   std::map<int, std::vector<unsigned char>> decoded_;  // the bytes of compressed buffer views, by their number

@@ -8,12 +8,13 @@ namespace lumatlas {
 
 inline constexpr const char* kLumigraphExtension = "LUMATLAS_lumigraph";
 inline constexpr const char* kUnlitExtension = "KHR_materials_unlit";
-inline constexpr int kLumigraphVersion = 2;          // a mesh with vertex colours
-inline constexpr int kTexturedLumigraphVersion = 3;  // a mesh with a base texture
+inline constexpr int kLumigraphVersion = 4;
 inline constexpr const char* kCellAttribute = "_CELL";
 inline constexpr const char* kColorAttribute = "COLOR_0";
 inline constexpr const char* kTexturedColorAttribute = "_COLOR";  // COLOR_0 would be multiplied with the texture
 inline constexpr const char* kPlaceAttribute = "TEXCOORD_0";
+inline constexpr const char* kZoneAttribute = "_ZONE";
+inline constexpr const char* kSharesAttribute = "_SHARES";
 inline constexpr std::uint32_t kMostCells = 1u << 24;  // whole numbers up to this are exact in _CELL, a float
 
 }  // namespace lumatlas

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// A model on disk: a folder with a glTF 2.0 file, its buffer and its images, or one .glb with everything in it, from
-// which the renderer draws without the original scene. Any glTF viewer shows the mesh with its base texture, or,
-// without one, its vertex colours; the extension LUMATLAS_lumigraph (atlas/README.md) adds the views, cells and
-// references.
+// A model on disk: a folder with a 3D Tiles tileset, its surface and its images, or one .glb with everything in it,
+// from which the renderer draws without the original scene, and the page in a browser. Other programs show the surface
+// with its base texture, or, without one, its vertex colours; the extension LUMATLAS_lumigraph (atlas/README.md) adds
+// the views, cells and references.
 #pragma once
 
 #include <filesystem>
@@ -12,34 +12,29 @@
 #include <vector>
 
 #include "atlas/atlas.h"
-#include "atlas/base_texture.h"
-#include "atlas/images/photograph.h"
+#include "atlas/model/model_form.h"
 #include "atlas/validity.h"
 
 namespace lumatlas {
 
-inline constexpr const char* kModelFileName = "scene.gltf";
-
-// Writes scene.gltf, scene-X.bin and images/ into `folder`, which must exist; X and the images' names are of the files'
-// content. The model is there whole once scene.gltf is, which comes last. Until then a model that is there already
-// stays as it is, also where the process is killed or a file cannot be written; then its files are removed. With
-// photographs as PNG, reading the model back gives the same pictures to the bit. Free view slots and views without a
-// resident tile are left out: the others keep their order, their slots become consecutive. Vertices are split where
-// cells meet; faces keep their order. Names become Unicode on one line. The mesh's own colours are left out: what is
-// shown of them is in the snapshot's vertex colours. With a texture vertices are there once more for each of its places
-// that a corner has, which reading undoes. A cell size above the diagonal of the mesh's box is written as that. Throws
-// InputError if a file cannot be written, or the model has more than 2^24 cells, or an offset or a camera that is too
-// far from the scene for read_model(); std::invalid_argument unless snapshot, options and texture pass check().
+// Writes the files of write_form() into `folder`, which must exist. The model is there whole once tileset.json is,
+// which comes last. Until then a model that is there already stays as it is, also where the process is killed or a file
+// cannot be written; then its files are removed. With photographs as PNG, reading the model back gives the same
+// pictures to the bit. Free view slots and views without a resident tile are left out: the others keep their order,
+// their slots become consecutive. Vertices are split where cells and fade zones meet, which reading undoes at fade
+// zones; faces keep their order. Names become Unicode on one line. The mesh's own colours are left out: what is shown
+// of them is in the snapshot's vertex colours. With a texture vertices are there once more for each of its places that
+// a corner has, which reading undoes. A cell size above the diagonal of the mesh's box is written as that. Throws
+// InputError if a file cannot be written, and what write_form() throws.
 void write_model(const std::filesystem::path& folder, const Snapshot& given, const ValidityOptions& validity,
-                 const ImageCoding& photographs = {}, const BaseTexture* texture = nullptr);
+                 const FormOptions& options = {});
 
-// Writes the same model as one .glb. `notes`, the text of a JSON object or empty, says how the model was made: it
-// becomes the asset's "extras". The caller checks whether the stream has failed. Throws InputError for a model of 4 GiB
-// or more, the limit of a .glb, and std::invalid_argument for notes that are no JSON object or as write_model() does.
-// Holds the whole file in memory, twice.
+// Writes the same model as one .glb, never packed. `notes`, the text of a JSON object or empty, says how the model was
+// made: it becomes the asset's "extras". The caller checks whether the stream has failed. Throws InputError for a model
+// of 4 GiB or more, the limit of a .glb, and std::invalid_argument for notes that are no JSON object or as
+// write_model() does. Holds the whole file in memory, twice.
 void write_glb(std::ostream& file, const Snapshot& given, const ValidityOptions& validity,
-               const ImageCoding& photographs = {}, const std::string& notes = {},
-               const BaseTexture* texture = nullptr);
+               const FormOptions& options = {}, const std::string& notes = {});
 
 // The time of each step of reading a model, milliseconds. The last three are sums over the threads.
 struct ReadTimes {
@@ -56,7 +51,7 @@ struct Model {
   ReadTimes times;
 };
 
-// Reads a model folder, its .gltf file, or a .glb, which may have any name. It asks only the size of a base texture,
+// Reads a model folder, its tileset.json, or a .glb, which may have any name. It asks only the size of a base texture,
 // because the renderer has the photographs. Depth and validity are not in the file: they are made again from the mesh,
 // with the options that it was written with. A view without a resident tile is left out and its photograph not opened.
 // Opens nothing outside the folder, not even through a symbolic link. Throws InputError with file, index, value and
@@ -65,7 +60,9 @@ struct Model {
 
 // The contents of a model file and their sizes, found without reading pixels.
 struct ModelFacts {
-  std::filesystem::path file;
+  std::filesystem::path file;              // the tileset, or the .glb
+  std::string json;                        // its JSON
+  std::vector<std::string> uris;           // of all other files, relative to the tileset; none of a .glb
   std::shared_ptr<const Surface> surface;  // vertices are split at the borders of cells, not in the texture
   std::size_t cells_seen = 0;
   std::vector<Camera> views;
@@ -78,13 +75,15 @@ struct ModelFacts {
   std::uint64_t table_bytes = 0;   // cells, their coverage, references, tiles
   std::uint64_t photograph_bytes = 0;
   std::uint64_t mask_bytes = 0;
+  std::uint64_t preview_bytes = 0;  // thumbnails, poster, coarse mesh
   std::uint64_t texture_bytes = 0;  // the texture's image; 0: there is none
 };
 
 // Checks all but the images, of which it asks the size. Throws InputError as read_model().
 [[nodiscard]] ModelFacts read_model_facts(const std::filesystem::path& path);
 
-// The JSON of a model, without any check but that its file can be read and nests no deeper than 64. Throws InputError.
+// The JSON of a folder's tileset or of a .glb, without any check but that its file can be read and nests no deeper than
+// 64. Throws InputError.
 [[nodiscard]] std::string read_model_json(const std::filesystem::path& path);
 
 }  // namespace lumatlas

@@ -4,15 +4,12 @@
 #include <algorithm>
 #include <span>
 
+#include "atlas/images/grey_png.h"
+#include "atlas/images/scaled_view.h"
+
 namespace lumatlas {
 
 namespace {
-
-std::string numbered(std::size_t view) {
-  std::string number = std::to_string(view);
-  number.insert(0, number.size() < 5 ? 5 - number.size() : 0, '0');
-  return std::string(kImageFolder) + "/" + number;
-}
 
 // Side of the blocks that JPEG transforms. If a block holds a pixel that is used, its other pixels must not be black,
 // or their edge would ring into that pixel.
@@ -31,7 +28,7 @@ void grow_to_blocks(std::vector<std::uint8_t>& mask, std::uint32_t width, std::u
 // Black where no tile is resident.
 Photograph resident_part(const Snapshot& snapshot, std::uint32_t slot, ImageFormat format) {
   const StoredView& view = *snapshot.views[slot];
-  Photograph part = *view.photograph;
+  Photograph part = view.photograph;
   if (snapshot.tiles.whole_views()) return part;
   std::vector<std::uint8_t> resident = snapshot.tiles.resident_pixels(slot, view.camera);
   if (format != ImageFormat::png) grow_to_blocks(resident, view.camera.width, view.camera.height);
@@ -52,17 +49,33 @@ Photograph grey_image(const Camera& camera, std::span<const std::uint8_t> values
 
 }  // namespace
 
-std::vector<ModelImage> images_of(const Snapshot& snapshot, const ImageCoding& photographs) {
+std::string numbered_image(std::size_t view) {
+  std::string number = std::to_string(view);
+  number.insert(0, number.size() < 5 ? 5 - number.size() : 0, '0');
+  return std::string(kImageFolder) + "/" + number;
+}
+
+std::vector<ModelImage> images_of(const Snapshot& snapshot, const ImageCoding& photographs, std::uint32_t first,
+                                  bool packed) {
+  constexpr ImageCoding kSmall{ImageFormat::jpeg, 80};
   std::vector<ModelImage> images;
   std::size_t number = 0;
   for (std::uint32_t slot = 0; slot < snapshot.views.size(); ++slot) {
     if (!snapshot.views[slot]) continue;
     const StoredView& view = *snapshot.views[slot];
-    const std::string name = numbered(number++);
+    const std::string name = numbered_image(number++);
     images.push_back({ModelImageKind::photograph, slot, {name, ending(photographs.format)}, photographs});
-    if (!view.photograph->valid.empty())
+    if (!packed && !view.photograph->valid.empty()) {
       images.push_back({ModelImageKind::lens_mask, slot, {name + "-lens", ".png"}, {}});
-    if (!view.mask->trust.empty()) images.push_back({ModelImageKind::trust_mask, slot, {name + "-trust", ".png"}, {}});
+    }
+    if (!packed && !view.mask->trust.empty()) {
+      images.push_back({ModelImageKind::trust_mask, slot, {name + "-trust", ".png"}, {}});
+    }
+    images.push_back({ModelImageKind::mask, slot, {name + "-mask", ".png"}, {}});
+    images.push_back({ModelImageKind::thumbnail, slot, {name + "-small", ".jpg"}, kSmall});
+  }
+  if (number > 0) {
+    images.push_back({ModelImageKind::poster, first, {std::string(kImageFolder) + "/poster", ".jpg"}, kSmall});
   }
   return images;
 }
@@ -71,13 +84,44 @@ ModelFileName texture_name(const ImageCoding& coding) {
   return {std::string(kImageFolder) + "/texture", ending(coding.format)};
 }
 
+namespace {
+
+std::vector<std::uint8_t> mask_file(const StoredView& view) {
+  std::vector<std::uint8_t> grey(view.mask->validity.size());
+  for (std::size_t pixel = 0; pixel < grey.size(); ++pixel) {
+    grey[pixel] = grey_of_mask(view.mask->validity[pixel], view.mask->at_rim(pixel));
+  }
+  return grey_png(grey, view.camera.width, view.camera.height);
+}
+
+std::vector<std::uint8_t> small_file(const Snapshot& snapshot, std::uint32_t slot, std::uint32_t longest_px,
+                                     const ImageCoding& coding) {
+  const StoredView& view = *snapshot.views[slot];
+  const TileTable& tiles = snapshot.tiles;
+  if (tiles.whole_views()) return encode_image(small_picture(view, longest_px), coding);
+  std::vector<std::uint8_t> there;
+  for (std::uint32_t tile = tiles.first_tile[slot]; tile < tiles.first_tile[slot + 1]; ++tile) {
+    there.push_back(tiles.slots[tile] == kNotResident ? 0 : 1);
+  }
+  return encode_image(small_picture(view, longest_px, there, tiles.options.tile_px), coding);
+}
+
+}  // namespace
+
 std::vector<std::uint8_t> encoded(const ModelImage& image, const Snapshot& snapshot) {
+  constexpr std::uint32_t kThumbnailPx = 128, kPosterPx = 640;
   const StoredView& view = *snapshot.views[image.slot];
   switch (image.kind) {
     case ModelImageKind::lens_mask:
       return encode_image(grey_image(view.camera, view.photograph->valid), image.coding);
     case ModelImageKind::trust_mask:
       return encode_image(grey_image(view.camera, view.mask->trust), image.coding);
+    case ModelImageKind::mask:
+      return mask_file(view);
+    case ModelImageKind::thumbnail:
+      return small_file(snapshot, image.slot, kThumbnailPx, image.coding);
+    case ModelImageKind::poster:
+      return small_file(snapshot, image.slot, kPosterPx, image.coding);
     case ModelImageKind::photograph:
       break;
   }

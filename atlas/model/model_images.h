@@ -11,7 +11,14 @@
 
 namespace lumatlas {
 
-enum class ModelImageKind { photograph, lens_mask, trust_mask };
+enum class ModelImageKind {
+  photograph,
+  lens_mask,
+  trust_mask,
+  mask,       // validity and rims, in one grey channel: see grey_of_mask()
+  thumbnail,  // the photograph, at most 128 pixels a side
+  poster,     // a larger one of the photograph where a visitor begins, 640
+};
 
 inline constexpr const char* kImageFolder = "images";  // within a model's folder
 
@@ -24,11 +31,23 @@ struct ModelImage {
   ModelImageKind kind;
   std::uint32_t slot;  // the view's slot in the snapshot
   ModelFileName name;
-  ImageCoding coding;  // masks are PNG
+  ImageCoding coding;  // masks are PNG, small pictures JPEG
 };
 
-// Those of all views of a snapshot in their order: of each its photograph, then the masks that it has.
-[[nodiscard]] std::vector<ModelImage> images_of(const Snapshot& snapshot, const ImageCoding& photographs);
+// Those of all views of a snapshot in their order: of each its photograph, then the others that it has; last the poster
+// of the view in slot `first`. `packed`: without lens and trust masks, which are in the mask already.
+[[nodiscard]] std::vector<ModelImage> images_of(const Snapshot& snapshot, const ImageCoding& photographs,
+                                                std::uint32_t first, bool packed);
+
+// A pixel of a mask: twice its validity in 7 bits, rounded up, so that no valid pixel becomes invalid, and one more at
+// a rim.
+[[nodiscard]] constexpr std::uint8_t grey_of_mask(std::uint8_t validity, bool at_rim) {
+  const int half = validity == 255 ? 127 : (validity + 1) / 2;
+  return static_cast<std::uint8_t>(2 * half + (at_rim ? 1 : 0));
+}
+
+// The name of an image of a view, but for its ending: "images/00007".
+[[nodiscard]] std::string numbered_image(std::size_t view);
 
 // The base texture's.
 [[nodiscard]] ModelFileName texture_name(const ImageCoding& coding);

@@ -8,6 +8,7 @@
 #include <glm/glm.hpp>
 #include <iterator>
 #include <map>
+#include <memory>
 #include <optional>
 #include <set>
 #include <span>
@@ -21,6 +22,7 @@
 #include "atlas/model/model_extension.h"
 #include "atlas/model/model_file.h"
 #include "atlas/model/model_ranges.h"
+#include "atlas/model/tileset_file.h"
 #include "mesh/base/errors.h"
 #include "mesh/base/number_text.h"
 #include "mesh/base/whole_file.h"
@@ -38,6 +40,7 @@ constexpr AccessorType kFlags{TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE, TINYGLTF_TY
 constexpr AccessorType kNumbers{TINYGLTF_COMPONENT_TYPE_FLOAT, TINYGLTF_TYPE_SCALAR};
 constexpr AccessorType kPositions{TINYGLTF_COMPONENT_TYPE_FLOAT, TINYGLTF_TYPE_VEC3};
 constexpr AccessorType kColors{TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT, TINYGLTF_TYPE_VEC4};
+constexpr AccessorType kShares{TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE, TINYGLTF_TYPE_VEC4};
 constexpr AccessorType kPlaces{TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT, TINYGLTF_TYPE_VEC2};
 
 class Watch {
@@ -59,6 +62,7 @@ struct ViewEntry {
   glm::dvec3 gain{1.0};
   GltfImage image;
   std::optional<GltfImage> lens_mask, trust_mask;
+  std::optional<GltfImage> mask, thumbnail;  // what a page shows; their pixels are not read
 };
 
 // In a file with a base texture the last vertices are copies for it, which are left out of the surface.
@@ -73,24 +77,33 @@ struct FarPart {
   std::uint32_t cells = 0;
 };
 
-// The lumigraph in a glTF file, part by part, each checked against the parts before it.
+// The lumigraph of a model, part by part, each checked against the parts before it.
 class ModelReader {
  public:
-  explicit ModelReader(const fs::path& path)
-      : path_(path), file_(path), lumigraph_(file_.extension(kLumigraphExtension)) {
-    const std::uint32_t version = file_.whole_number(lumigraph_, kLumigraphExtension, "version", 0, 1'000'000);
-    textured_ = version == kTexturedLumigraphVersion;
-    if (version != kLumigraphVersion && !textured_) {
-      file_.refuse("has version " + std::to_string(version) + " of " + kLumigraphExtension +
-                   ", this program reads versions " + std::to_string(kLumigraphVersion) + " and " +
-                   std::to_string(kTexturedLumigraphVersion));
-    }
+  // `tileset`: null where `surface` is a .glb with all of the model.
+  explicit ModelReader(std::unique_ptr<TilesetFile> tileset, const fs::path& surface)
+      : tileset_(std::move(tileset)),
+        file_(surface),
+        lumigraph_(file_.extension(kLumigraphExtension)),
+        whole_file_(tileset_ ? static_cast<const FieldReader&>(*tileset_) : file_),
+        whole_(tileset_ ? tileset_->lumigraph() : lumigraph_) {
+    require_version(whole_file_, whole_);
+    require_version(file_, lumigraph_);
+    const auto& attributes = file_.triangles().attributes;
+    textured_ = attributes.contains(kTexturedColorAttribute) || attributes.contains(kPlaceAttribute);
   }
 
   [[nodiscard]] Model model() const;
   [[nodiscard]] ModelFacts facts() const;
 
  private:
+  static void require_version(const FieldReader& file, const GltfFile::Object& lumigraph) {
+    const std::uint32_t version = file.whole_number(lumigraph, kLumigraphExtension, "version", 0, 1'000'000);
+    if (version == kLumigraphVersion) return;
+    const std::string what = "has version " + std::to_string(version) + " of " + kLumigraphExtension;
+    if (version < kLumigraphVersion) file.refuse(what + ": it was made by an older lumatlas, build it again");
+    file.refuse(what + ", this program reads version " + std::to_string(kLumigraphVersion));
+  }
   [[nodiscard]] std::vector<std::uint32_t> whole_numbers(const char* name) const;
   [[nodiscard]] std::vector<std::uint8_t> cells_seen() const;
   [[nodiscard]] FarPart far_part(std::size_t cells) const;
@@ -107,8 +120,12 @@ class ModelReader {
   [[nodiscard]] std::vector<glm::u8vec3> vertex_colors(const ReadSurface& of) const;
   void add_colors(const char* name, std::size_t mesh, std::size_t vertices, std::size_t copies,
                   std::vector<glm::u8vec3>& colors) const;
+  [[nodiscard]] std::vector<std::string> files_beside() const;
+  [[nodiscard]] std::uint64_t other_preview_bytes() const;
   [[nodiscard]] int texture_number() const;
   [[nodiscard]] std::optional<GltfImage> texture(std::size_t vertices) const;
+  void require_zones(std::size_t cells) const;
+  void require_zones_of_mesh(std::size_t mesh, std::size_t zones) const;
   [[nodiscard]] ReferenceTable references(std::size_t cells, std::size_t views) const;
   void require_each_view_once(const ReferenceTable& table, std::size_t views) const;
   // Reads the accessor `name`, one number per cell; empty where the file has none.
@@ -131,9 +148,11 @@ class ModelReader {
                                                                         const ValidityOptions& options,
                                                                         ReadTimes& times) const;
 
-  fs::path path_;
-  GltfFile file_;
-  const GltfFile::Object& lumigraph_;  // in file_
+  std::unique_ptr<TilesetFile> tileset_;
+  GltfFile file_;                      // the surface
+  const GltfFile::Object& lumigraph_;  // the surface's, in file_
+  const FieldReader& whole_file_;      // the file of the whole model, which lists the views
+  const GltfFile::Object& whole_;      // the whole model's, in whole_file_
   bool textured_ = false;              // it has a base texture
 };
 
@@ -346,32 +365,32 @@ std::vector<float> ModelReader::numbers_of_cells(const char* name, std::size_t c
 }
 
 ValidityOptions ModelReader::validity() const {
-  const GltfFile::Object& object = file_.field(lumigraph_, kLumigraphExtension, "validity");
+  const GltfFile::Object& object = whole_file_.field(whole_, kLumigraphExtension, "validity");
   ValidityOptions options;
-  options.depth_edge = file_.number(object, "validity", "depthEdge", 0, kMostDepthEdge);
-  options.edge_radius_px = file_.whole_number(object, "validity", "edgeRadius", 0, kMostEdgePixels);
-  options.fade_px = file_.whole_number(object, "validity", "fade", 0, kMostEdgePixels);
-  const std::string edges = object.Has("edges") ? file_.text(object, "validity", "edges") : "both";
+  options.depth_edge = whole_file_.number(object, "validity", "depthEdge", 0, kMostDepthEdge);
+  options.edge_radius_px = whole_file_.whole_number(object, "validity", "edgeRadius", 0, kMostEdgePixels);
+  options.fade_px = whole_file_.whole_number(object, "validity", "fade", 0, kMostEdgePixels);
+  const std::string edges = object.Has("edges") ? whole_file_.text(object, "validity", "edges") : "both";
   const auto known = kEdgesByName.find(edges);
   if (known == kEdgesByName.end()) {
-    file_.refuse("validity: \"edges\" is \"" + edges + "\", must be \"far\" or \"both\"");
+    whole_file_.refuse("validity: \"edges\" is \"" + edges + "\", must be \"far\" or \"both\"");
   }
   options.edges = known->second;
   try {
     check(options);
   } catch (const std::invalid_argument& error) {
-    file_.refuse(error.what());
+    whole_file_.refuse(error.what());
   }
   return options;
 }
 
 // Files of earlier versions of this program do not say.
 TexelFormat ModelReader::texels() const {
-  if (!lumigraph_.Has("texels")) return TexelFormat::rgb8;
-  const std::string name = file_.text(lumigraph_, kLumigraphExtension, "texels");
+  if (!whole_.Has("texels")) return TexelFormat::rgb8;
+  const std::string name = whole_file_.text(whole_, kLumigraphExtension, "texels");
   const auto known = kTexelFormatsByName.find(name);
   if (known == kTexelFormatsByName.end()) {
-    file_.refuse("\"texels\" is \"" + name + "\", must be \"rgb8\" or \"bc7\"");
+    whole_file_.refuse("\"texels\" is \"" + name + "\", must be \"rgb8\" or \"bc7\"");
   }
   return known->second;
 }
@@ -381,18 +400,19 @@ TileTable ModelReader::tiles(const std::vector<ViewEntry>& views) const {
   TileTable table;
   table.options = kWholeViews;
   table.options.texels = texels();
-  if (!lumigraph_.Has("tiles")) return table;
-  const GltfFile::Object& object = file_.field(lumigraph_, kLumigraphExtension, "tiles");
-  table.options.tile_px = file_.whole_number(object, "tiles", "size", 8, 1024);
-  table.options.gutter_px = file_.whole_number(object, "tiles", "gutter", 1, 8);
+  if (!whole_.Has("tiles")) return table;
+  const GltfFile::Object& object = whole_file_.field(whole_, kLumigraphExtension, "tiles");
+  table.options.tile_px = whole_file_.whole_number(object, "tiles", "size", 8, 1024);
+  table.options.gutter_px = whole_file_.whole_number(object, "tiles", "gutter", 1, 8);
   try {
     check(table.options);
   } catch (const std::invalid_argument& error) {
-    file_.refuse(error.what());
+    whole_file_.refuse(error.what());
   }
   std::vector<std::uint8_t> resident;
-  if (object.Has("resident")) {
-    resident = file_.values<std::uint8_t>(file_.accessor(object, "tiles", "resident"), "resident", kFlags);
+  if (lumigraph_.Has("resident")) {
+    resident =
+        file_.values<std::uint8_t>(file_.accessor(lumigraph_, kLumigraphExtension, "resident"), "resident", kFlags);
   }
   std::uint64_t tiles = 0;
   for (const ViewEntry& view : views) {
@@ -401,7 +421,7 @@ TileTable ModelReader::tiles(const std::vector<ViewEntry>& views) const {
   }
   table.first_tile.push_back(static_cast<std::uint32_t>(tiles));
   if (resident.size() != tiles) {
-    file_.refuse("\"tiles\" says of " + std::to_string(resident.size()) +
+    file_.refuse("\"resident\" says of " + std::to_string(resident.size()) +
                  " tiles whether they are there, its views have " + std::to_string(tiles));
   }
   if (tiles >= kNotResident) file_.refuse("has " + std::to_string(tiles) + " tiles, too many");
@@ -416,13 +436,13 @@ TileTable ModelReader::tiles(const std::vector<ViewEntry>& views) const {
 
 Camera ModelReader::camera(const GltfFile::Object& view, const std::string& where) const {
   constexpr std::uint32_t kMaxSide = 65536;
-  const std::vector<double> focal = file_.numbers(view, where, "focalLength", 2);
-  const std::vector<double> principal = file_.numbers(view, where, "principalPoint", 2);
-  const std::vector<double> rotation = file_.numbers(view, where, "rotation", 9);
-  const std::vector<double> translation = file_.numbers(view, where, "translation", 3);
+  const std::vector<double> focal = whole_file_.numbers(view, where, "focalLength", 2);
+  const std::vector<double> principal = whole_file_.numbers(view, where, "principalPoint", 2);
+  const std::vector<double> rotation = whole_file_.numbers(view, where, "rotation", 9);
+  const std::vector<double> translation = whole_file_.numbers(view, where, "translation", 3);
   Camera camera;
-  camera.width = file_.whole_number(view, where, "width", 1, kMaxSide);
-  camera.height = file_.whole_number(view, where, "height", 1, kMaxSide);
+  camera.width = whole_file_.whole_number(view, where, "width", 1, kMaxSide);
+  camera.height = whole_file_.whole_number(view, where, "height", 1, kMaxSide);
   camera.fx = focal[0];
   camera.fy = focal[1];
   camera.cx = principal[0];
@@ -438,32 +458,35 @@ Camera ModelReader::camera(const GltfFile::Object& view, const std::string& wher
     check(camera);
     check_model_ranges(camera);
   } catch (const std::invalid_argument& error) {
-    file_.refuse(where + ": " + error.what());
+    whole_file_.refuse(where + ": " + error.what());
   }
   return camera;
 }
 
 GltfImage ModelReader::image(const GltfFile::Object& view, const std::string& where, const char* name) const {
-  return file_.image(file_.whole_number(view, where, name, 0, 1'000'000'000));
+  const std::uint32_t number = whole_file_.whole_number(view, where, name, 0, kMostIndex);
+  return tileset_ ? tileset_->image(number) : file_.image(number);
 }
 
 ViewEntry ModelReader::view_entry(const GltfFile::Object& view, const std::string& where) const {
   ViewEntry entry;
-  entry.name = file_.text(view, where, "name");
+  entry.name = whole_file_.text(view, where, "name");
   entry.camera = camera(view, where);
-  const std::vector<double> gain = file_.numbers(view, where, "gain", 3, kLeastExposureGain, kMostExposureGain);
+  const std::vector<double> gain = whole_file_.numbers(view, where, "gain", 3, kLeastExposureGain, kMostExposureGain);
   entry.gain = {gain[0], gain[1], gain[2]};
   entry.image = image(view, where, "image");
   if (view.Has("lensMask")) entry.lens_mask = image(view, where, "lensMask");
   if (view.Has("trustMask")) entry.trust_mask = image(view, where, "trustMask");
+  if (view.Has("mask")) entry.mask = image(view, where, "mask");
+  if (view.Has("thumbnail")) entry.thumbnail = image(view, where, "thumbnail");
   return entry;
 }
 
 std::vector<ViewEntry> ModelReader::view_entries() const {
   std::vector<ViewEntry> entries;
-  if (!lumigraph_.Has("views")) return entries;  // glTF has no empty arrays
-  const GltfFile::Object& views = lumigraph_.Get("views");
-  if (!views.IsArray()) file_.refuse("\"views\" is not an array");
+  if (!whole_.Has("views")) return entries;  // glTF has no empty arrays
+  const GltfFile::Object& views = whole_.Get("views");
+  if (!views.IsArray()) whole_file_.refuse("\"views\" is not an array");
   for (std::size_t index = 0; index < views.ArrayLen(); ++index) {
     entries.push_back(view_entry(views.Get(static_cast<int>(index)), "view " + std::to_string(index)));
   }
@@ -486,7 +509,7 @@ void ModelReader::require_own_images(const std::vector<ViewEntry>& entries) cons
     } else if (files.insert(entry.image.file.lexically_normal()).second) {
       continue;
     }
-    file_.refuse("two views have the photograph " + entry.image.file.string() + ", each must have its own");
+    whole_file_.refuse("two views have the photograph " + entry.image.file.string() + ", each must have its own");
   }
 }
 
@@ -498,7 +521,7 @@ Photograph ModelReader::sized_image(const GltfImage& image, const Camera& camera
   const ImageSize size = size_of(image);
   if (size.width != camera.width || size.height != camera.height) {
     throw InputError(image.file.string() + ": is " + size_text(size.width, size.height) + ", its view in " +
-                     path_.string() + " says " + size_text(camera.width, camera.height));
+                     whole_file_.path().string() + " says " + size_text(camera.width, camera.height));
   }
   return image.bytes.empty() ? read_photograph(image.file) : read_photograph(image.bytes, image.file.string());
 }
@@ -620,6 +643,36 @@ std::optional<GltfImage> ModelReader::texture(std::size_t vertices) const {
   return file_.image(static_cast<std::uint32_t>(number));
 }
 
+// Refuses zones that are of no cell: a page reads them. The renderer makes its own.
+void ModelReader::require_zones(std::size_t cells) const {
+  if (!lumigraph_.Has("zoneCells")) return;
+  const std::vector<std::uint32_t> zones = whole_numbers("zoneCells");
+  constexpr std::size_t kColumns = 1 + kCellsPerZone;
+  if (zones.size() % kColumns != 0) {
+    file_.refuse("zoneCells has " + std::to_string(zones.size()) + " entries, must have a multiple of " +
+                 std::to_string(kColumns));
+  }
+  const std::size_t count = zones.size() / kColumns;
+  for (std::size_t i = 0; i < zones.size(); ++i) {
+    const bool may_be_none = i >= 2 * count;
+    if (zones[i] < cells || (may_be_none && zones[i] == kNoCell)) continue;
+    file_.refuse("zone " + std::to_string(i % count) + " has the cell " + out_of(zones[i], cells));
+  }
+  for (const std::size_t mesh : {std::size_t{0}, far_part(cells).mesh}) require_zones_of_mesh(mesh, count);
+}
+
+void ModelReader::require_zones_of_mesh(std::size_t mesh, std::size_t zones) const {
+  const auto numbers = file_.values<float>(file_.attribute(kZoneAttribute, mesh), kZoneAttribute, kNumbers);
+  const auto shares = file_.values<glm::u8vec4>(file_.attribute(kSharesAttribute, mesh), kSharesAttribute, kShares);
+  if (numbers.size() != shares.size()) file_.refuse("its vertices have zones without shares");
+  const auto end = static_cast<float>(zones);
+  const auto wrong = std::find_if(numbers.begin(), numbers.end(),
+                                  [&](float zone) { return !(zone >= 0 && zone < end && zone == std::floor(zone)); });
+  if (wrong == numbers.end()) return;
+  file_.refuse("vertex " + std::to_string(wrong - numbers.begin()) + " is in zone " + number_text(*wrong) + " of " +
+               std::to_string(zones));
+}
+
 Model ModelReader::model() const {
   Watch watch;
   Model model;
@@ -628,6 +681,7 @@ Model ModelReader::model() const {
   const ReadSurface read = surface();
   snapshot.surface = read.surface;
   snapshot.cell_seen = cells_seen();
+  require_zones(snapshot.cell_seen.size());
   const std::vector<ViewEntry> entries = view_entries();
   snapshot.references = references(snapshot.cell_seen.size(), entries.size());
   snapshot.tiles = tiles(entries);
@@ -643,6 +697,10 @@ Model ModelReader::model() const {
   return model;
 }
 
+std::string json_of(const fs::path& file) {
+  return is_glb(file) ? read_glb_frame(file).json : read_whole_file(file);
+}
+
 std::uint64_t bytes_of(const std::optional<GltfImage>& image) {
   if (!image) return 0;
   if (!image->bytes.empty()) return image->bytes.size();
@@ -653,13 +711,32 @@ std::uint64_t bytes_of(const std::optional<GltfImage>& image) {
   return bytes;
 }
 
+// Returns the names of the files beside a tileset, each of which lies in its folder. Buffers of a surface that is a
+// .gltf are among them.
+std::vector<std::string> ModelReader::files_beside() const {
+  if (!tileset_) return {};
+  std::vector<std::string> uris = tileset_->uris();
+  for (const std::string& uri : file_.uris()) uris.push_back(uri);
+  for (const std::string& uri : uris) (void)tileset_->file_beside(uri, "its file");
+  return uris;
+}
+
+// The sizes of the poster and of the coarse mesh.
+std::uint64_t ModelReader::other_preview_bytes() const {
+  std::uint64_t bytes = 0;
+  if (whole_.Has("poster")) bytes += bytes_of(image(whole_, kLumigraphExtension, "poster"));
+  if (tileset_ && tileset_->coarse()) bytes += bytes_of(GltfImage{*tileset_->coarse(), {}});
+  return bytes;
+}
+
 ModelFacts ModelReader::facts() const {
   ModelFacts facts;
-  facts.file = path_;
+  facts.file = whole_file_.path();
   const ReadSurface read = surface();
   facts.surface = read.surface;
   const std::vector<std::uint8_t> seen = cells_seen();
   const std::size_t cells = seen.size();
+  require_zones(cells);
   facts.cells_seen = static_cast<std::size_t>(std::count_if(seen.begin(), seen.end(), [](auto s) { return s != 0; }));
   const std::vector<ViewEntry> entries = view_entries();
   facts.references = references(cells, entries.size());
@@ -667,34 +744,58 @@ ModelFacts ModelReader::facts() const {
   for (const ViewEntry& entry : entries) {
     facts.views.push_back(entry.camera);
     facts.photograph_bytes += bytes_of(entry.image);
-    facts.mask_bytes += bytes_of(entry.lens_mask) + bytes_of(entry.trust_mask);
+    facts.mask_bytes += bytes_of(entry.lens_mask) + bytes_of(entry.trust_mask) + bytes_of(entry.mask);
+    facts.preview_bytes += bytes_of(entry.thumbnail);
   }
-  facts.json_bytes = read_model_json(path_).size();
+  const std::string of_surface = json_of(file_.path());
+  facts.json = tileset_ ? tileset_->json() : of_surface;
+  facts.json_bytes = of_surface.size() + (tileset_ ? facts.json.size() : 0);
+  facts.uris = files_beside();
   facts.texture_bytes = bytes_of(texture(read.vertices));
+  facts.preview_bytes += other_preview_bytes();
+  const bool has_zones = lumigraph_.Has("zoneCells");
   const std::size_t vertices = read.vertices + read.surface->far_vertices;
   facts.mesh_bytes = vertices * sizeof(glm::vec3) + read.surface->mesh.faces.size() * sizeof(glm::uvec3);
   facts.vertex_bytes = vertices * (sizeof(glm::u16vec4) + sizeof(float)) + read.copies * sizeof(std::uint32_t) +
-                       (textured_ ? read.vertices * sizeof(glm::u16vec2) : 0);
+                       (textured_ ? read.vertices * sizeof(glm::u16vec2) : 0) +
+                       (has_zones ? vertices * (sizeof(float) + sizeof(glm::u8vec4)) : 0);
   facts.table_bytes = cells + facts.tiles.slots.size() +
                       sizeof(float) * (numbers_of_cells("cellCoverage", cells).size() +
                                        numbers_of_cells("cellDeviation", cells).size()) +
-                      sizeof(std::uint32_t) * (facts.references.offsets.size() + facts.references.views.size());
+                      sizeof(std::uint32_t) * (facts.references.offsets.size() + facts.references.views.size() +
+                                               (has_zones ? whole_numbers("zoneCells").size() : 0));
   return facts;
 }
 
 // Returns the file itself, or the file in a folder.
 fs::path file_of(const fs::path& path) {
   std::error_code ignored;
-  fs::path file = fs::is_directory(path, ignored) ? path / kModelFileName : path;
+  const bool is_folder = fs::is_directory(path, ignored);
+  fs::path file = is_folder ? path / kTilesetName : path;
   if (fs::is_regular_file(file, ignored)) return file;
+  if (is_folder && fs::is_regular_file(path / "scene.gltf", ignored)) {
+    throw InputError(path.string() + ": is a model that an older lumatlas made, build it again");
+  }
   throw InputError(file.string() + ": no such file: give a folder or a .glb that `lumatlas build` wrote");
+}
+
+bool is_gltf(const fs::path& file) {
+  return is_glb(file) || file.extension() == ".gltf";
+}
+
+ModelReader reader_of(const fs::path& path) {
+  const fs::path file = file_of(path);
+  if (is_gltf(file)) return ModelReader(nullptr, file);
+  auto tileset = std::make_unique<TilesetFile>(file);
+  const fs::path surface = tileset->surface();
+  return ModelReader(std::move(tileset), surface);
 }
 
 }  // namespace
 
 Model read_model(const fs::path& path) {
   Watch watch;
-  const ModelReader reader(file_of(path));
+  const ModelReader reader = reader_of(path);
   const double parsed = watch.lap_ms();
   Model model = reader.model();
   model.times.tables += parsed;
@@ -702,12 +803,12 @@ Model read_model(const fs::path& path) {
 }
 
 ModelFacts read_model_facts(const fs::path& path) {
-  return ModelReader(file_of(path)).facts();
+  return reader_of(path).facts();
 }
 
 std::string read_model_json(const fs::path& path) {
   const fs::path file = file_of(path);
-  std::string json = is_glb(file) ? read_glb_frame(file).json : read_whole_file(file);
+  std::string json = json_of(file);
   if (const int levels = nesting(json); levels > kMaxNesting) {
     throw InputError(file.string() + ": nests its values " + std::to_string(levels) + " deep, must be at most " +
                      std::to_string(kMaxNesting));

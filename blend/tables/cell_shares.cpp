@@ -416,4 +416,9 @@ CellShares joined(CellShares shares, std::span<const std::uint32_t> stands_for) 
   return shares;
 }
 
+CellShares drawn_shares(const Surface& surface, const ReferenceTable& references, double border_width) {
+  CellShares shares = share_cells(surface, border_width * surface.cells.size);
+  return border_width > 0 ? joined(std::move(shares), first_of_same_references(references)) : shares;
+}
+
 }  // namespace lumatlas

@@ -13,27 +13,14 @@
 // their weights, the fade is over within a pixel.)
 #pragma once
 
-#include <array>
 #include <cstdint>
-#include <glm/vec4.hpp>
 #include <span>
 #include <vector>
 
+#include "atlas/fade_zones.h"
 #include "atlas/snapshot.h"
 
 namespace lumatlas {
-
-// Cells that share one face, at most. Where more come near, those that are farthest from its corners are taken away
-// from them, which keeps shares continuous; no vertex loses its last cell.
-inline constexpr std::size_t kCellsPerZone = 4;
-
-// Faces that the same cells share are a zone.
-struct CellShares {
-  using Zone = std::array<std::uint32_t, kCellsPerZone>;  // cells, ascending; kNoCell after the last
-  std::vector<Zone> zones;
-  std::vector<std::uint32_t> zone_of_face;        // one per face
-  std::vector<std::array<glm::vec4, 3>> corners;  // per face and corner, the shares of its zone's cells; sum 1
-};
 
 // `width` is in scene units, finite and >= 0 (std::invalid_argument otherwise). 0: every face is its own cell's. If the
 // width is so large that more than 64 cells share a vertex on average, only the 8 nearest cells of each vertex share
@@ -47,5 +34,9 @@ struct CellShares {
 // of the surface, fewer throw std::invalid_argument. What is made of a place stays the same if it is the same for all
 // that one stands for, and fewer cells need to be asked.
 [[nodiscard]] CellShares joined(CellShares shares, std::span<const std::uint32_t> stands_for);
+
+// The shares by which a model is drawn: share_cells() with a width of so many cells, of the cells that stand for all
+// that refer to the same views.
+[[nodiscard]] CellShares drawn_shares(const Surface& surface, const ReferenceTable& references, double border_width);
 
 }  // namespace lumatlas

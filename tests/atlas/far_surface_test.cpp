@@ -14,6 +14,7 @@
 #include "atlas/surface.h"
 #include "mesh/base/errors.h"
 #include "tests/support/far_scenes.h"
+#include "tests/support/plain_model.h"
 #include "tests/support/temporary_folder.h"
 
 namespace lumatlas {
@@ -97,14 +98,13 @@ TEST_CASE("a snapshot without its far sphere is that of the mesh alone") {
 
 // The text of a model folder's glTF file.
 json scene_of(const std::filesystem::path& model) {
-  std::ifstream file(model / "scene.gltf");
-  return json::parse(file);
+  return json::parse(bytes_of(model / "scene.gltf"));
 }
 
 TEST_CASE("a model file holds the far sphere where other programs do not show it") {
   const TemporaryFolder folder;
   const Snapshot written = far_snapshot();
-  write_model(folder.path(), written, ValidityOptions{}, ImageCoding{});
+  write_model(folder.path(), written, ValidityOptions{});
   const Snapshot read = read_model(folder.path()).snapshot;
   CHECK(read.surface->far_cells == written.surface->far_cells);
   CHECK(read.surface->far_faces == written.surface->far_faces);
@@ -117,6 +117,7 @@ TEST_CASE("a model file holds the far sphere where other programs do not show it
     CHECK(read.views[slot]->mask->depth == written.views[slot]->mask->depth);
     CHECK(read.views[slot]->mask->validity == written.views[slot]->mask->validity);
   }
+  make_one_gltf(folder.path());
   const json scene = scene_of(folder.path());
   CHECK(scene["meshes"].size() == 2);
   for (const json& node : scene["nodes"]) CHECK(node.value("mesh", 0) == 0);
@@ -126,7 +127,8 @@ TEST_CASE("a model file holds the far sphere where other programs do not show it
 
 TEST_CASE("a model file whose far sphere is damaged is refused in one sentence") {
   const TemporaryFolder folder;
-  write_model(folder.path(), far_snapshot(), ValidityOptions{}, ImageCoding{});
+  write_model(folder.path(), far_snapshot(), ValidityOptions{});
+  make_one_gltf(folder.path());
   json scene = scene_of(folder.path());
   const std::string path = (folder / "scene.gltf").string() + ": ";
   json& far = scene["extensions"]["LUMATLAS_lumigraph"]["far"];
@@ -148,8 +150,8 @@ TEST_CASE("a model file whose far sphere is damaged is refused in one sentence")
     expected = "far is not an object";
   }
   std::ofstream(folder / "scene.gltf") << scene.dump();
-  CHECK_THROWS_AS(read_model(folder.path()), InputError);
-  CHECK_THROWS_WITH(read_model(folder.path()), Catch::StartsWith(path) && Catch::Contains(expected));
+  CHECK_THROWS_AS(read_model(folder / "scene.gltf"), InputError);
+  CHECK_THROWS_WITH(read_model(folder / "scene.gltf"), Catch::StartsWith(path) && Catch::Contains(expected));
 }
 
 }  // namespace

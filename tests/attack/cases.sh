@@ -106,7 +106,7 @@ case_export() {
   below 3
   case $chosen in
     0) below 200; surroundings="trap '' XFSZ; ulimit -f $((chosen + 1))" ;;
-    1) hostile_json "$case_folder/model/scene.gltf" ;;
+    1) hostile_json "$case_folder/model/tileset.json" ;;
     2) damage_sometimes_twice "$case_folder/model" ;;
   esac
   some_export
@@ -167,7 +167,7 @@ body_of_answer() { tail -c +$(($(sed $'/^\r$/q' "$case_folder/answer" | wc -c) +
 
 # A request that a browser would not send. It is left in `request`, for printf.
 strange_request() {
-  local host="Host: localhost\\r\\n" end="Connection: close\\r\\n\\r\\n" method=GET path=/scene.json line value
+  local host="Host: localhost\\r\\n" end="Connection: close\\r\\n\\r\\n" method=GET path=/tileset.json line value
   one_of $'Range: bytes=' Host: Content-Length: Transfer-Encoding: Expect: X: $'Range: bytes=0-1,' Connection:
   line=$chosen
   one_of "${hostile_numbers[@]}" 0-0 5-1 -1 0- 99999999999- '0-0,0-0' 18446744073709551615-18446744073709551616 \
@@ -189,7 +189,7 @@ judge_range() {
   first=$chosen
   below $((2 * size))
   last=$((first + chosen))
-  ask "$port" "GET /scene.json HTTP/1.1\\r\\nHost: localhost\\r\\nRange: bytes=$first-$last\\r\\nConnection: close\\r\\n\\r\\n"
+  ask "$port" "GET /tileset.json HTTP/1.1\\r\\nHost: localhost\\r\\nRange: bytes=$first-$last\\r\\nConnection: close\\r\\n\\r\\n"
   judge_answer "a range"
   if [ "$first" -ge "$size" ]; then
     if ! head -n 1 "$case_folder/answer" | grep -qa ' 416 '; then complain "a range past the end is answered"; fi
@@ -200,12 +200,12 @@ judge_range() {
 
 # judge_serves PORT: the whole page comes at once.
 judge_serves() {
-  ask "$1" 'GET /scene.json HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n' 5
+  ask "$1" 'GET /tileset.json HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n' 5
   judge_answer "a whole request"
   if ! cmp -s <(body_of_answer) "$case_folder/whole"; then complain "the server no longer answers as it did"; fi
 }
 
-# start_server: leaves the process of `view` in `server`, its port in `port`, and scene.json as it answers it as `whole`
+# start_server: leaves the process of `view` in `server`, its port in `port`, and tileset.json as it answers it as `whole`
 # in the case's folder.
 start_server() {
   local i
@@ -217,7 +217,7 @@ start_server() {
     sleep 0.05
   done
   port=$(sed -n 's|^http://127.0.0.1:\([0-9]*\)/$|\1|p' "$case_folder/out")
-  ask "${port:-0}" 'GET /scene.json HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n' 5
+  ask "${port:-0}" 'GET /tileset.json HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n\r\n' 5
   body_of_answer >"$case_folder/whole"
   if ! [ -s "$case_folder/whole" ]; then complain "the server does not answer"; fi
 }
@@ -226,7 +226,7 @@ start_server() {
 # minute.
 hold_connections() {
   exec timeout 60 bash -c 'for ((i = 0; i < 40; ++i)); do
-      exec {half}<>"/dev/tcp/127.0.0.1/$0" && if ((i % 2)); then printf "GET /scene.json HT" >&"$half"; fi
+      exec {half}<>"/dev/tcp/127.0.0.1/$0" && if ((i % 2)); then printf "GET /tileset.json HT" >&"$half"; fi
     done
     read -r -u "$half"' "$1" 2>/dev/null
 }
@@ -281,7 +281,7 @@ case_web_names() {
     # All files that the page or the scene names are there.
     while read -r file; do
       if [ ! -f "$target/$file" ]; then complain "$file is named and not there"; fi
-    done < <(grep -aohE '[a-z0-9/]+-[0-9a-f]{16}\.[a-z]+' "$page" "$target/scene.json" | sort -u)
+    done < <(grep -aohE '[a-z0-9/-]+-[0-9a-f]{16}\.[a-z]+' "$page" "$target/tileset.json" | sort -u)
   elif [ "$(grep -ac 'data-file="' "$page")" -lt 10 ]; then
     complain "the page lacks its data"
   fi
@@ -298,7 +298,7 @@ case_model_files() {
 model_fields=(cellSize depthEdge edgeRadius fade size gutter width height)
 
 case_model_json() {
-  local file=$case_folder/model/scene.gltf field
+  local file=$case_folder/model/tileset.json field
   cp -r "$work/base/model" "$case_folder/model"
   below 2
   if [ "$chosen" -eq 0 ]; then

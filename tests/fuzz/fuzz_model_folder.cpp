@@ -12,7 +12,7 @@
 extern "C" int LLVMFuzzerInitialize(int* /*argument_count*/, char*** /*arguments*/) {
   std::filesystem::create_directories("model");
   lumatlas::write_model("model", lumatlas::small_snapshot(), {});
-  lumatlas::give_plain_names("model");
+  lumatlas::make_one_gltf("model");
   return 0;
 }
 
@@ -21,10 +21,10 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   const std::size_t end = std::min(input.find('\0'), input.size());
   lumatlas::write_input("model/scene.gltf", input.substr(0, end));
   lumatlas::write_input("model/scene.bin", input.substr(std::min(end + 1, input.size())));
-  lumatlas::check_refusal([] { (void)lumatlas::read_model_facts("model"); });
+  lumatlas::check_refusal([] { (void)lumatlas::read_model_facts("model/scene.gltf"); });
   lumatlas::check_refusal([] {
-    const lumatlas::Model model = lumatlas::read_model("model");
-    lumatlas::require(lumatlas::read_model_facts("model").views.size() == model.snapshot.views.size());
+    const lumatlas::Model model = lumatlas::read_model("model/scene.gltf");
+    lumatlas::require(lumatlas::read_model_facts("model/scene.gltf").views.size() == model.snapshot.views.size());
   });
   return 0;
 }

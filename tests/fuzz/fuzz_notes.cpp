@@ -10,7 +10,7 @@
 
 extern "C" int LLVMFuzzerInitialize(int* /*argument_count*/, char*** /*arguments*/) {
   std::filesystem::create_directories("model");
-  lumatlas::write_input("model/scene.gltf", "{\"asset\": {\"version\": \"2.0\"}}");
+  lumatlas::write_input("model/tileset.json", "{\"asset\": {\"version\": \"1.1\"}}");
   return 0;
 }
 

@@ -95,17 +95,17 @@ void write_models(const fs::path& folder) {
   fs::create_directories(scratch);
   const Snapshot snapshot = small_snapshot();
   write_model(scratch, snapshot, {});
-  give_plain_names(scratch);
+  make_one_gltf(scratch);
   write_bytes(folder / "model_folder" / "small",
               bytes_of(scratch / "scene.gltf") + '\0' + bytes_of(scratch / "scene.bin"));
   fs::create_directories(folder / "model");
   std::ofstream png(folder / "model" / "png.glb", std::ios::binary);
   write_glb(png, snapshot, {});
   std::ofstream jpeg(folder / "model" / "jpeg.glb", std::ios::binary);
-  write_glb(jpeg, snapshot, {}, {ImageFormat::jpeg, 80}, R"({"options": {"seed": 1}})");
+  write_glb(jpeg, snapshot, {}, {.photographs = {ImageFormat::jpeg, 80}}, R"({"options": {"seed": 1}})");
   const BaseTexture texture = small_texture(*snapshot.surface);
   std::ofstream textured(folder / "model" / "textured.glb", std::ios::binary);
-  write_glb(textured, snapshot, {}, {}, {}, &texture);
+  write_glb(textured, snapshot, {}, {.texture = &texture});
   png.close();
   jpeg.close();
   textured.close();

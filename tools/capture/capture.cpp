@@ -346,7 +346,7 @@ class CaptureRun {
   void build() {
     const bool is_file = model_.extension() == ".glb";
     const std::vector<fs::path> outputs =
-        is_file ? std::vector<fs::path>{model_} : std::vector<fs::path>{model_ / "plan.json", model_ / "scene.gltf"};
+        is_file ? std::vector<fs::path>{model_} : std::vector<fs::path>{model_ / "plan.json", model_ / "tileset.json"};
     step("build", "a model of them", build_inputs(), outputs, [&] {
       ModelOutput output(model_);
       BuildOptions options = options_.build;

@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "atlas/images/scaled_view.h"
 #include "atlas/model/model_file.h"
 #include "tools/base/output_folder.h"
 #include "tools/cli/commands.h"
@@ -20,7 +21,6 @@
 #include "tools/cli/output/stage_bars.h"
 #include "tools/export/export_model.h"
 #include "tools/settings/option_tables.h"
-#include "tools/viewer/scaled_view.h"
 
 namespace lumatlas {
 

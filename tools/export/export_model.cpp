@@ -91,7 +91,6 @@ json web_json(const json& effective, const fs::path& output, const SiteFacts& fa
            {{"all", facts.bytes()},
             {"first", facts.page_bytes + facts.scene_bytes},
             {"mesh", facts.mesh_bytes},
-            {"tables", facts.table_bytes},
             {"photographs", facts.photograph_bytes},
             {"masks", facts.mask_bytes}}},
           {"time_ms", {{"total", total_ms}}}};
@@ -101,11 +100,13 @@ Tick ticks_of(const StageProgress& progress, const std::string& stage, std::size
   return [one = progress(stage, ticks)] { one(1); };
 }
 
-json export_page(const Snapshot& snapshot, const fs::path& file, const fs::path& output, const json& effective,
+json export_page(const Model& model, const fs::path& file, const fs::path& output, const json& effective,
                  const ExportOptions& options, const StageProgress& progress) {
   const auto start = Clock::now();
+  const Snapshot& snapshot = model.snapshot;
   SiteOptions site;
   site.title = title_of(file);
+  site.validity = model.validity;
   site.photographs = options.photographs;
   const Tick tick = ticks_of(progress, "page: photographs", site_ticks(snapshot));
   SiteFacts facts;
@@ -171,7 +172,7 @@ json export_model(const Model& model, const fs::path& file, const fs::path& outp
   require_views(model.snapshot, file);
   const json effective = export_options_json(options, file);
   if (options.form == ExportForm::web) {
-    return export_page(model.snapshot, file, output, effective, options, progress);
+    return export_page(model, file, output, effective, options, progress);
   }
   return export_texture(model, file, output, effective, options, progress);
 }

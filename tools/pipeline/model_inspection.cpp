@@ -104,9 +104,10 @@ json file_json(const ModelFacts& facts) {
           {"tables", facts.table_bytes},
           {"photographs", facts.photograph_bytes},
           {"masks", facts.mask_bytes},
+          {"previews", facts.preview_bytes},
           {"texture", facts.texture_bytes},
           {"sum", facts.json_bytes + facts.mesh_bytes + facts.vertex_bytes + facts.table_bytes +
-                      facts.photograph_bytes + facts.mask_bytes + facts.texture_bytes}};
+                      facts.photograph_bytes + facts.mask_bytes + facts.preview_bytes + facts.texture_bytes}};
 }
 
 std::string in_megabytes(const json& bytes) {
@@ -128,7 +129,7 @@ std::string tiles_line(const json& model) {
 
 bool is_model(const fs::path& path) {
   std::error_code ignored;
-  return fs::is_regular_file(path, ignored) || fs::is_regular_file(path / kModelFileName, ignored);
+  return fs::is_regular_file(path, ignored) || fs::is_regular_file(path / kTilesetName, ignored);
 }
 
 json inspect_model(const fs::path& model) {
@@ -159,7 +160,7 @@ json file_bytes_json(const fs::path& model) {
 std::string file_bytes_text(const json& file) {
   std::string text = in_megabytes(file["sum"]);
   const char* separator = ": ";
-  for (const char* const part : {"photographs", "masks", "texture", "mesh", "vertices", "tables", "json"}) {
+  for (const char* const part : {"photographs", "masks", "previews", "texture", "mesh", "vertices", "tables", "json"}) {
     text += separator + std::string(part) + ' ' + in_megabytes(file[part]);
     separator = ", ";
   }

@@ -4,6 +4,8 @@
 #include <stdexcept>
 #include <string>
 
+#include "blend/blend_options.h"
+#include "blend/tables/cell_shares.h"
 #include "mesh/base/errors.h"
 #include "tools/base/interrupt.h"
 #include "tools/base/strict_json.h"
@@ -50,10 +52,10 @@ void check_replaceable_glb(const fs::path& file) {
 }  // namespace
 
 ModelNotes read_model_notes(const fs::path& model) {
-  const fs::path gltf_file = fs::is_directory(model) ? model / kModelFileName : model;
+  const fs::path gltf_file = fs::is_directory(model) ? model / kTilesetName : model;
   const json gltf = parse_json(read_model_json(model), gltf_file.string());
   const json extras = object_in(object_in(gltf, "asset"), "extras");
-  if (!extras.is_null()) return {object_in(extras, "options"), object_in(extras, "plan")};
+  if (extras.contains("options")) return {object_in(extras, "options"), object_in(extras, "plan")};
   const fs::path folder = fs::is_directory(model) ? model : model.parent_path();
   return {object_in(object_of_file(folder / kMarkerFile), "options"), object_of_file(folder / kPlanFile)};
 }
@@ -88,14 +90,19 @@ ModelOutput::ModelOutput(const fs::path& path) : target_(path) {
 
 void ModelOutput::commit(const Snapshot& snapshot, const ValidityOptions& validity, const ImageCoding& photographs,
                          const ModelNotes& notes, const BaseTexture* texture) {
+  const CellShares shares = drawn_shares(*snapshot.surface, snapshot.references, BlendOptions{}.border_width);
+  FormOptions form;
+  form.photographs = photographs;
+  form.texture = texture;
+  form.shares = &shares;
   if (folder_) {
-    write_model(folder_->path(), snapshot, validity, photographs, texture);
+    write_model(folder_->path(), snapshot, validity, form);
     write_json(folder_->path() / kPlanFile, notes.plan);
     folder_->commit(notes.options);
     return;
   }
   const json extras = {{"lumatlas", LUMATLAS_VERSION}, {"options", notes.options}, {"plan", notes.plan}};
-  write_glb(file_->stream(), snapshot, validity, photographs, json_text(extras), texture);
+  write_glb(file_->stream(), snapshot, validity, form, json_text(extras));
   throw_if_interrupted();
   file_->commit();
 }

@@ -11,7 +11,7 @@
 
 namespace lumatlas {
 
-// Writes the model, the options in effect and what became of each photograph: into a folder (scene.gltf, its buffer,
+// Writes the model, the options in effect and what became of each photograph: into a folder (a tileset,
 // images/, lumatlas.json, plan.json), or into one file if `path` ends in .glb. An earlier model there is replaced; the
 // new one appears complete or not at all. Returns the summary (tools/pipeline/build_summary.h) that it wrote. Throws
 // InputError where something else stands at `path`, where the file system refuses, and for a model that is not worth

@@ -149,7 +149,8 @@ class GltfDocument {
     if (offset != glm::dvec3(0)) node["extras"]["offset"] = {offset.x, offset.y, offset.z};
     if (!options.georeference.empty()) node["extras"]["georeference"] = json::parse(options.georeference);
     document_["nodes"] = json::array({node});
-    add_cameras(document_, snapshot, options.file_from_scene);
+    document_["nodes"][0]["rotation"] = gltf_rotation(options.file_from_scene);
+    add_cameras(document_, snapshot);
     document_["meshes"] = json::array({{{"primitives", primitives_}}});
     document_["scenes"] = json::array({{{"nodes", {0}}}});
     document_["scene"] = 0;

@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "tools/viewer/http_connection.h"
 
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
 #include <algorithm>
 #include <array>
 #include <boost/asio/buffer.hpp>
@@ -52,11 +56,32 @@ void add_common_headers(http::response<http::empty_body>& response) {
 
 }  // namespace
 
+OpenFile::OpenFile(const std::filesystem::path& path)
+    : descriptor_(open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK)) {
+  struct stat found {};
+  if (descriptor_ < 0) return;
+  if (fstat(descriptor_, &found) == 0 && S_ISREG(found.st_mode)) {
+    size_ = static_cast<std::uint64_t>(found.st_size);
+    return;
+  }
+  close(descriptor_);
+  descriptor_ = -1;
+}
+
+OpenFile::~OpenFile() {
+  if (is_open()) close(descriptor_);
+}
+
+std::size_t OpenFile::read(std::uint64_t offset, std::span<char> piece) const {
+  const ssize_t count = pread(descriptor_, piece.data(), piece.size(), static_cast<off_t>(offset));
+  return count > 0 ? static_cast<std::size_t>(count) : 0;
+}
+
 SiteAnswer refusal(unsigned status, const std::string& sentence) {
   const std::string line = sentence + '\n';
   auto text = std::make_shared<const SiteFile>(SiteFile{"", "text/plain; charset=utf-8", {line.begin(), line.end()}});
   const std::uint64_t length = text->bytes.size();
-  return {status, std::move(text), 0, length, false};
+  return {status, std::move(text), 0, length, false, 0, nullptr};
 }
 
 // Lives as long as one of its operations waits.
@@ -145,7 +170,7 @@ class HttpConnections::Connection : public std::enable_shared_from_this<Connecti
     if (answer_.status == 206) {
       response_.set(http::field::content_range, "bytes " + std::to_string(answer_.offset) + '-' +
                                                     std::to_string(answer_.offset + answer_.length - 1) + '/' +
-                                                    std::to_string(answer_.file->bytes.size()));
+                                                    std::to_string(answer_.size()));
     }
     if (answer_.status == 416) response_.set(http::field::content_range, "bytes */" + std::to_string(answer_.of_size));
     if (answer_.status == 405) response_.set(http::field::allow, "GET, HEAD");
@@ -166,7 +191,9 @@ class HttpConnections::Connection : public std::enable_shared_from_this<Connecti
   void write_piece() {
     if (answer_.length == 0) return finish();
     const std::uint64_t size = std::min(answer_.length, kPieceBytes);
-    const auto piece = boost::asio::buffer(answer_.file->bytes.data() + answer_.offset, size);
+    const char* first = bytes_at(answer_.offset, size);
+    if (!first) return close();  // the file became shorter
+    const auto piece = boost::asio::buffer(first, size);
     stream_.expires_after(kTimeForPiece);
     stream_.async_write_some(piece, [self = shared_from_this()](error_code error, std::size_t sent) {
       if (error) return self->close();
@@ -177,8 +204,16 @@ class HttpConnections::Connection : public std::enable_shared_from_this<Connecti
     });
   }
 
+  // Null: they cannot be read.
+  const char* bytes_at(std::uint64_t offset, std::uint64_t size) {
+    if (!answer_.disk) return reinterpret_cast<const char*>(answer_.file->bytes.data()) + offset;
+    piece_.resize(size);
+    return answer_.disk->read(offset, piece_) == size ? piece_.data() : nullptr;
+  }
+
   void finish() {
     answer_ = {};
+    piece_ = {};
     if (keep_open_) return read_request();
     error_code ignored;
     stream_.socket().shutdown(boost::asio::ip::tcp::socket::shutdown_send, ignored);
@@ -201,7 +236,8 @@ class HttpConnections::Connection : public std::enable_shared_from_this<Connecti
   boost::beast::tcp_stream stream_;
   boost::beast::flat_buffer buffer_{2 * kMostHeadBytes};  // received bytes of this request and the next ones
   std::optional<http::request_parser<http::empty_body>> parser_;
-  SiteAnswer answer_;  // the part that is still to be sent
+  SiteAnswer answer_;        // the part that is still to be sent
+  std::vector<char> piece_;  // of a file on a disk, what is being sent
   http::response<http::empty_body> response_;
   std::optional<http::response_serializer<http::empty_body>> serializer_;
   bool keep_open_ = false;

@@ -7,10 +7,12 @@
 #include <boost/asio/ip/tcp.hpp>
 #include <cstddef>
 #include <cstdint>
+#include <filesystem>
 #include <functional>
 #include <list>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 
 #include "tools/viewer/site.h"
@@ -24,6 +26,25 @@ struct SiteRequest {
   std::optional<std::string> range;  // value of the Range header, of a GET without conditions
 };
 
+// A file on a disk, open for reading; it stays as it is if another one takes its name.
+class OpenFile {
+ public:
+  // Opens a regular file; is_open() says whether that succeeded.
+  explicit OpenFile(const std::filesystem::path& path);
+  ~OpenFile();
+  OpenFile(const OpenFile&) = delete;
+  OpenFile& operator=(const OpenFile&) = delete;
+
+  [[nodiscard]] bool is_open() const { return descriptor_ >= 0; }
+  [[nodiscard]] std::uint64_t size() const { return size_; }
+  // Returns as many bytes from `offset` as can be read, at most those of `piece`; 0 if none can be.
+  [[nodiscard]] std::size_t read(std::uint64_t offset, std::span<char> piece) const;
+
+ private:
+  int descriptor_ = -1;
+  std::uint64_t size_ = 0;
+};
+
 // The answer to a request: a file, or a part of it.
 struct SiteAnswer {
   unsigned status = 200;
@@ -31,6 +52,10 @@ struct SiteAnswer {
   std::uint64_t offset = 0, length = 0;  // within the file's bytes
   bool in_parts = true;                  // parts of it may be asked for
   std::uint64_t of_size = 0;             // with status 416, the size of the file that was asked for
+  std::shared_ptr<const OpenFile> disk;  // where the file's bytes are; null: in the file
+
+  // The size of the whole file.
+  [[nodiscard]] std::uint64_t size() const { return disk ? disk->size() : file->bytes.size(); }
 };
 
 // A refusal with a line of text.

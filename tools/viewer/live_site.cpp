@@ -10,6 +10,10 @@
 #include <thread>
 #include <utility>
 
+#include "atlas/model/content_digest.h"
+#include "blend/blend_options.h"
+#include "blend/tables/cell_shares.h"
+
 namespace lumatlas {
 
 namespace {
@@ -18,7 +22,7 @@ using Clock = std::chrono::steady_clock;
 
 SiteFile json_file(const std::string& name, const nlohmann::json& value) {
   const std::string text = value.dump();
-  return {name, "application/json", {text.begin(), text.end()}};
+  return {name, "application/json", {text.begin(), text.end()}, {}};
 }
 
 bool holds_view(const Snapshot& snapshot) {
@@ -94,36 +98,42 @@ class LivePublisher {
 }  // namespace
 
 LiveSite::LiveSite(SiteServer& server, const std::string& title, std::chrono::seconds time_for_views)
-    : server_(server), time_for_views_(time_for_views) {
-  options_.title = title;
-  options_.live = true;
-  for (SiteFile& file : page_files(options_)) server_.add(std::move(file));
+    : server_(server), time_for_views_(time_for_views), form_(SiteOptions{}.photographs, [](const Surface& surface) {
+        return share_cells(surface, BlendOptions{}.border_width * surface.cells.size);
+      }) {
+  for (SiteFile& file : page_files(title, {.live = true})) server_.add(std::move(file));
   say_version(false);
 }
 
 void LiveSite::say_version(bool last) {
-  server_.add(json_file("live.json", {{"version", history_.version}, {"last", last}}));
+  server_.add(json_file("live.json", {{"version", version_}, {"last", last}}));
 }
 
 bool LiveSite::update(const Snapshot& snapshot, bool last, const Tick& tick) {
-  const bool has_view = holds_view(snapshot);
-  if (has_view) {
-    // The last one takes its time.
-    options_.time_for_views = last ? SiteOptions().time_for_views : time_for_views_;
-    std::vector<std::string> names = write_site_version(
-        snapshot, options_, history_, [this](SiteFile file) { server_.add(std::move(file)); }, tick);
+  bool complete = true;
+  if (holds_view(snapshot)) {
+    const PutFormFile put = [this](const FormFile& file) {
+      std::string name = name_by_content(file.stem, file.ending, file.bytes);
+      server_.add({name, file.type, {file.bytes.begin(), file.bytes.end()}, {}});
+      return name;
+    };
+    const std::chrono::seconds all_the_time = std::chrono::hours(24);
+    FormVersion version = form_.write(snapshot, last ? all_the_time : time_for_views_, put, tick);
+    complete = version.complete;
+    server_.add({kTilesetName, "application/json", {version.tileset.begin(), version.tileset.end()}, {}});
+    ++version_;
     // A page may still be fetching what the version before had.
-    std::sort(names.begin(), names.end());
+    std::sort(version.names.begin(), version.names.end());
     for (const std::string& name : older_names_) {
       const auto has = [&](const std::vector<std::string>& of) {
         return std::binary_search(of.begin(), of.end(), name);
       };
-      if (!has(names) && !has(names_)) server_.remove(name);
+      if (!has(version.names) && !has(names_)) server_.remove(name);
     }
-    older_names_ = std::exchange(names_, std::move(names));
+    older_names_ = std::exchange(names_, std::move(version.names));
   }
   say_version(last);
-  return !has_view || history_.complete;
+  return complete;
 }
 
 bool look_alike(const Snapshot& a, const Snapshot& b) {

@@ -9,10 +9,10 @@
 #include <string>
 #include <vector>
 
+#include "atlas/model/live_form.h"
 #include "atlas/snapshot.h"
 #include "mesh/tick.h"
 #include "tools/viewer/site.h"
-#include "tools/viewer/site_history.h"
 #include "tools/viewer/site_server.h"
 
 namespace lumatlas {
@@ -35,8 +35,8 @@ class LiveSite {
 
   SiteServer& server_;
   std::chrono::seconds time_for_views_;
-  SiteOptions options_;
-  SiteHistory history_;
+  LiveForm form_;
+  std::uint64_t version_ = 0;                     // 0: nothing was shown yet
   std::vector<std::string> names_, older_names_;  // files of the last version, and of the one before
 };
 

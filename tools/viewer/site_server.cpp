@@ -36,11 +36,20 @@ std::string site_url(const std::string& host, unsigned port) {
 
 // The file, or as much of it as the range says.
 SiteAnswer answer_with(std::shared_ptr<const SiteFile> file, const std::optional<std::string>& range) {
-  const std::uint64_t size = file->bytes.size();
+  SiteAnswer answer;
+  if (!file->path.empty()) {
+    answer.disk = std::make_shared<const OpenFile>(file->path);
+    if (!answer.disk->is_open()) return refusal(404, "There is no such file any more.");
+  }
+  answer.file = std::move(file);
+  const std::uint64_t size = answer.size();
   const ByteRange asked = range ? byte_range(*range, size) : ByteRange{};
   switch (asked.answer) {
     case ByteRange::Answer::part:
-      return {206, std::move(file), asked.offset, asked.length};
+      answer.status = 206;
+      answer.offset = asked.offset;
+      answer.length = asked.length;
+      return answer;
     case ByteRange::Answer::unsatisfiable: {
       SiteAnswer none = refusal(416, "The file has no such bytes.");
       none.of_size = size;
@@ -49,7 +58,8 @@ SiteAnswer answer_with(std::shared_ptr<const SiteFile> file, const std::optional
     case ByteRange::Answer::whole:
       break;
   }
-  return {200, std::move(file), 0, size};
+  answer.length = size;
+  return answer;
 }
 
 }  // namespace

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Serves a site from memory: the files that it was given, and nothing else, so that no path leads anywhere.
+// Serves the files that it was given, from memory or a disk, and nothing else, so that no path leads anywhere.
 //
 // Every program that reaches the address may send anything: each request is bounded in bytes and in time, and no client
 // makes another one wait (http_connection.h). Only pages that the user opened may ask (host_header.h).

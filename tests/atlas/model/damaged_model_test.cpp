@@ -35,8 +35,8 @@ class DamagedModel {
     good.cell_coverage.assign(good.cell_seen.size(), 0.5f);
     good.cell_deviation.assign(good.cell_seen.size(), 0.25f);
     const BaseTexture texture = small_texture(*good.surface);
-    write_model(folder_.path(), good, {}, {}, textured ? &texture : nullptr);
-    give_plain_names(folder_.path());
+    write_model(folder_.path(), good, {}, {.texture = textured ? &texture : nullptr});
+    make_one_gltf(folder_.path());
     gltf_ = json::parse(bytes_of(file()));
   }
 
@@ -69,7 +69,7 @@ class DamagedModel {
   }
   [[nodiscard]] std::string sentence_as_it_is() const {
     try {
-      (void)read_model(folder_.path());
+      (void)read_model(file());
     } catch (const InputError& error) {
       std::string text = error.what();
       CHECK(text.find('\n') == std::string::npos);
@@ -113,7 +113,7 @@ TEST_CASE("a path without a model is refused") {
   const TemporaryFolder folder;
   const std::string advice = ": no such file: give a folder or a .glb that `lumatlas build` wrote";
   CHECK_THROWS_WITH(read_model(folder / "missing"), (folder / "missing").string() + advice);
-  CHECK_THROWS_WITH(read_model(folder.path()), (folder / "scene.gltf").string() + advice);
+  CHECK_THROWS_WITH(read_model(folder.path()), (folder / "tileset.json").string() + advice);
 }
 
 TEST_CASE("a file that is no glTF is refused") {
@@ -138,6 +138,55 @@ TEST_CASE("a model's JSON is not handed on if it is nested without end") {
   deep.append(100'000, '[').append(100'000, ']').append("}");
   const fs::path file = folder.with_file("scene.gltf", deep);
   CHECK_THROWS_WITH(read_model_json(file), file.string() + ": nests its values 100001 deep, must be at most 64");
+}
+
+TEST_CASE("a tileset that is damaged, or names what is not its own, is refused in one sentence") {
+  const TemporaryFolder folder;
+  write_model(folder.path(), small_snapshot(), {});
+  const fs::path file = folder / "tileset.json";
+  const json good = json::parse(bytes_of(file));
+  const auto sentence_of_text = [&](const std::string& text) -> std::string {
+    (void)folder.with_file("tileset.json", text);
+    try {
+      (void)read_model(folder.path());
+    } catch (const InputError& error) {
+      const std::string said = error.what();
+      return said.starts_with(file.string() + ": ") ? said.substr(file.string().size() + 2) : said;
+    }
+    return "accepted";
+  };
+  const auto sentence = [&](const std::string& place, const json& value) {
+    json damaged = good;
+    damaged[json::json_pointer(place)] = value;
+    return sentence_of_text(damaged.dump());
+  };
+  const std::string lumigraph = "/extensions/LUMATLAS_lumigraph", elsewhere = "must lie in the model's own folder";
+  CHECK(sentence("/asset/version", "1.0") == "accepted");
+  CHECK(sentence("/asset/version", "2.0") == "is of 3D Tiles version \"2.0\", this program reads 1.1");
+  CHECK(sentence("/root/children", {1, 2}) == "has a tile with 2 children, this program reads one");
+  CHECK(sentence("/root/content", 3) == "\"content\" is not an object");
+  CHECK(sentence("/root/content/uri", "../a.glb") == "its surface has the path \"../a.glb\", " + elsewhere);
+  CHECK(sentence("/root/content/uri", "/dev/zero") == "its surface has the path \"/dev/zero\", " + elsewhere);
+  CHECK(sentence(lumigraph, 3) == "LUMATLAS_lumigraph is not an object");
+  CHECK(sentence(lumigraph + "/version", 3) ==
+        "has version 3 of LUMATLAS_lumigraph: it was made by an older lumatlas, build it again");
+  CHECK(sentence(lumigraph + "/images/0/uri", "%2e%2e/a.png") == "image 0 has the path \"../a.png\", " + elsewhere);
+  CHECK(sentence(lumigraph + "/images/0/uri", "data:,") == "image 0 is a data URI, must be a file or in a buffer");
+  CHECK(sentence(lumigraph + "/images", 7) == "\"images\" is not an array");
+  CHECK(sentence(lumigraph + "/views/0/mask", 99) == "image 99 does not exist");
+  CHECK(sentence_of_text("") == "is empty");
+  CHECK_THAT(sentence_of_text("[1"), Catch::StartsWith("is no JSON that can be read: "));
+  CHECK(sentence_of_text("[1]") == "it is not an object");
+  CHECK(sentence_of_text(std::string(1000, '[') + std::string(1000, ']')) ==
+        "nests its values 1000 deep, must be at most 64");
+  const std::string text = good.dump();
+  for (std::size_t length = 0; length + 2 < text.size(); length += 13) {
+    CHECK(sentence_of_text(text.substr(0, length)) != "accepted");
+  }
+  fs::remove(file);
+  (void)folder.with_file("scene.gltf", "{}");
+  CHECK_THROWS_WITH(read_model(folder.path()),
+                    folder.path().string() + ": is a model that an older lumatlas made, build it again");
 }
 
 TEST_CASE("links that lead out of a model's folder are not followed, others are") {
@@ -195,11 +244,12 @@ TEST_CASE("a glTF file that is not a model of this program is refused") {
        "has no extension LUMATLAS_lumigraph: it is a mesh without photographs"},
       {"an empty extension", [](DamagedModel& m) { m.lumigraph() = json::object(); },
        "LUMATLAS_lumigraph has no \"version\""},
-      {"a later version", [](DamagedModel& m) { m.lumigraph()["version"] = 4; },
-       "has version 4 of LUMATLAS_lumigraph, this program reads versions 2 and 3"},
+      {"a later version", [](DamagedModel& m) { m.lumigraph()["version"] = 5; },
+       "has version 5 of LUMATLAS_lumigraph, this program reads version 4"},
+      {"an earlier version", [](DamagedModel& m) { m.lumigraph()["version"] = 3; },
+       "has version 3 of LUMATLAS_lumigraph: it was made by an older lumatlas, build it again"},
       {"version 0", [](DamagedModel& m) { m.lumigraph()["version"] = 0; },
-       "has version 0 of LUMATLAS_lumigraph, this program reads versions 2 and 3"},
-      {"a texture that is not there", [](DamagedModel& m) { m.lumigraph()["version"] = 3; }, "its mesh has no _COLOR"},
+       "has version 0 of LUMATLAS_lumigraph: it was made by an older lumatlas, build it again"},
       {"a fraction of a version", [](DamagedModel& m) { m.lumigraph()["version"] = 1.5; },
        "LUMATLAS_lumigraph: \"version\" is 1.5, must be a whole number"},
       {"a version in words", [](DamagedModel& m) { m.lumigraph()["version"] = "1"; },
@@ -363,7 +413,7 @@ TEST_CASE("accessors that do not fit are refused") {
        "COLOR_0: accessor -5 does not exist"},
       {"no indices", [](DamagedModel& m) { m.primitive().erase("indices"); }, "indices: accessor -1 does not exist"},
       {"indices not in triples", [&](DamagedModel& m) { indices(m)["count"] = 100; },
-       "indices: accessor 3 has 100 elements, must have a multiple of 3"},
+       "indices: accessor 2 has 100 elements, must have a multiple of 3"},
       {"no indices at all", [&](DamagedModel& m) { indices(m)["count"] = 0; }, "its mesh has no faces"},
       {"no accessors", [](DamagedModel& m) { m.gltf().erase("accessors"); },
        "is no glTF 2.0 file that can be read: primitive indices accessor out of bounds"},
@@ -411,7 +461,6 @@ TEST_CASE("a base texture that is not there or does not fit is refused") {
   REQUIRE(all > 49);
   check_all(
       {
-          {"colours alone", [](DamagedModel& m) { m.lumigraph()["version"] = 2; }, "its mesh has no COLOR_0"},
           {"no colours", [](DamagedModel& m) { m.primitive()["attributes"].erase("_COLOR"); },
            "its mesh has no _COLOR"},
           {"fewer colours", [=](DamagedModel& m) { m.accessor(colors(m))["count"] = 28; },
@@ -475,7 +524,7 @@ TEST_CASE("a mesh may be degenerate or huge without harm") {
   SECTION("one face many times in each cell") {
     // The first of each cell.
     const auto cell = [](std::size_t face) { return face * 5 / 34; };
-    const std::vector<glm::uvec3> faces = read_model(model.folder()).snapshot.surface->mesh.faces;
+    const std::vector<glm::uvec3> faces = read_model(model.file()).snapshot.surface->mesh.faces;
     std::size_t first = 0;
     for (std::size_t face = 0; face < faces.size(); ++face) {
       if (cell(face) != cell(first)) first = face;
@@ -497,7 +546,7 @@ TEST_CASE("cells of vertices that are no cells or tear a face are refused") {
       {"positions", [](DamagedModel& m) { m.primitive()["attributes"]["_CELL"] = 0; },
        "_CELL: accessor 0 has another type than this program writes"},
       {"whole numbers", [=](DamagedModel& m) { m.accessor(cells(m))["componentType"] = 5125; },
-       "_CELL: accessor 2 has another type than this program writes"},
+       "_CELL: accessor 1 has another type than this program writes"},
       {"fewer", [=](DamagedModel& m) { m.accessor(cells(m))["count"] = 48; }, "_CELL has 48 cells for 49 vertices"},
       {"a cell too many", set(12, 5), "vertex 12 is in cell 5 of 5"},
       {"a huge cell", set(12, 1048576), "vertex 12 is in cell 1048576 of 5"},
@@ -610,14 +659,14 @@ TEST_CASE("tiles that do not fit their views are refused") {
              m.lumigraph()["tiles"]["gutter"] = 1;
            },
            "tiles: gutter_px is 1, must be 2, 4 or 8 for texels in blocks"},
-          {"larger tiles", set("size", 16), "\"tiles\" says of 31 tiles whether they are there, its views have 10"},
-          {"none of them", [](DamagedModel& m) { m.lumigraph()["tiles"].erase("resident"); },
-           "\"tiles\" says of 0 tiles whether they are there, its views have 31"},
-          {"one less", [](DamagedModel& m) { m.accessor(m.lumigraph()["tiles"]["resident"])["count"] = 30; },
-           "\"tiles\" says of 30 tiles whether they are there, its views have 31"},
-          {"an accessor too many", set("resident", 99), "resident: accessor 99 does not exist"},
-          {"whole numbers",
-           [](DamagedModel& m) { m.accessor(m.lumigraph()["tiles"]["resident"])["componentType"] = 5125; },
+          {"larger tiles", set("size", 16), "\"resident\" says of 31 tiles whether they are there, its views have 10"},
+          {"none of them", [](DamagedModel& m) { m.lumigraph().erase("resident"); },
+           "\"resident\" says of 0 tiles whether they are there, its views have 31"},
+          {"one less", [](DamagedModel& m) { m.accessor(m.lumigraph()["resident"])["count"] = 30; },
+           "\"resident\" says of 30 tiles whether they are there, its views have 31"},
+          {"an accessor too many", [](DamagedModel& m) { m.lumigraph()["resident"] = 99; },
+           "resident: accessor 99 does not exist"},
+          {"whole numbers", [](DamagedModel& m) { m.accessor(m.lumigraph()["resident"])["componentType"] = 5125; },
            "resident: accessor 9 has another type than this program writes"},
       },
       small_snapshot({}, {8, 2, 0}));
@@ -951,19 +1000,20 @@ TEST_CASE("images in the buffer of a .glb must be there, each its own") {
   const auto view_of = [&](std::size_t image) -> json& {
     return model.gltf()["bufferViews"][images[image]["bufferView"].get<std::size_t>()];
   };
-  REQUIRE(images.size() == 6);
+  REQUIRE(images.size() == 13);
   SECTION("one photograph for two views") {
-    images[1] = images[0];
+    images[3] = images[0];  // after the first one's mask and thumbnail
     CHECK_THAT(model.sentence(model.with_json()),
                Catch::StartsWith("two views have the photograph ") && Catch::EndsWith("each must have its own"));
   }
   SECTION("photographs that overlap") {
-    view_of(0)["byteLength"] = view_of(0)["byteLength"].get<std::size_t>() + 9;
+    view_of(0)["byteLength"] =
+        view_of(3)["byteOffset"].get<std::size_t>() + 9 - view_of(0)["byteOffset"].get<std::size_t>();
     CHECK_THAT(model.sentence(model.with_json()), Catch::StartsWith("two views have the photograph "));
   }
   SECTION("a photograph in the other's middle") {
     view_of(0)["byteLength"] =
-        view_of(4)["byteOffset"].get<std::size_t>() - view_of(0)["byteOffset"].get<std::size_t>();
+        view_of(8)["byteOffset"].get<std::size_t>() - view_of(0)["byteOffset"].get<std::size_t>();
     CHECK_THAT(model.sentence(model.with_json()), Catch::StartsWith("two views have the photograph "));
   }
   SECTION("cut off") {

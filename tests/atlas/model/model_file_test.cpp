@@ -198,7 +198,7 @@ TEST_CASE("a model in tiles reads back: which are there, their pixels, and black
 TEST_CASE("a model is read from its folder or from its file") {
   const TemporaryFolder folder;
   write_model(folder.path(), small_snapshot(), {});
-  check_same(read_model(folder / "scene.gltf").snapshot, read_model(folder.path()).snapshot);
+  check_same(read_model(folder / "tileset.json").snapshot, read_model(folder.path()).snapshot);
 }
 
 TEST_CASE("a model that was read is written as the same bytes") {
@@ -213,7 +213,7 @@ TEST_CASE("a model that was read is written as the same bytes") {
     CHECK(bytes_of(entry.path()) == bytes_of(second / name));
     ++files;
   }
-  CHECK(files == 2 + 3 + 1 + 2);  // the glTF file and its buffer, photographs, lens masks, trust masks
+  CHECK(files == 2 + 3 + 1 + 2 + 2 * 3 + 1);  // tileset, surface; images as in README.md
 }
 
 TEST_CASE("a model is written and read the same by any number of threads") {
@@ -221,12 +221,12 @@ TEST_CASE("a model is written and read the same by any number of threads") {
   const Snapshot snapshot = small_snapshot();
   const BaseTexture texture = small_texture(*snapshot.surface);
   const BaseTexture* const given = GENERATE(false, true) ? &texture : nullptr;
-  write_model(folder.path(), snapshot, {}, {}, given);
+  write_model(folder.path(), snapshot, {}, {.texture = given});
   const Snapshot by_all = read_model(folder.path()).snapshot;
   const tbb::global_control one_thread(tbb::global_control::max_allowed_parallelism, 1);
-  write_model(alone.path(), snapshot, {}, {}, given);
-  CHECK(bytes_of(file_of_model(folder.path(), "scene.bin")) == bytes_of(file_of_model(alone.path(), "scene.bin")));
-  CHECK(bytes_of(folder / "scene.gltf") == bytes_of(alone / "scene.gltf"));
+  write_model(alone.path(), snapshot, {}, {.texture = given});
+  CHECK(bytes_of(file_of_model(folder.path(), "surface.glb")) == bytes_of(file_of_model(alone.path(), "surface.glb")));
+  CHECK(bytes_of(folder / "tileset.json") == bytes_of(alone / "tileset.json"));
   check_same(read_model(folder.path()).snapshot, by_all);
 }
 
@@ -256,7 +256,7 @@ fs::path written_glb(const TemporaryFolder& folder, const Snapshot& snapshot, co
                      const std::string& notes = {}) {
   fs::path file = folder / "model.glb";
   std::ofstream stream(file, std::ios::binary);
-  write_glb(stream, snapshot, kValidity, coding, notes);
+  write_glb(stream, snapshot, kValidity, {.photographs = coding}, notes);
   stream.close();
   REQUIRE(stream);
   return file;
@@ -278,9 +278,9 @@ TEST_CASE("a model in one file reads back as the one in a folder") {
 TEST_CASE("a model in one file is read whatever its name is, and written again as the same bytes") {
   const TemporaryFolder folder;
   const fs::path file = written_glb(folder, small_snapshot(kValidity));
-  fs::rename(file, folder / "scene.gltf");
-  const std::string bytes = bytes_of(folder / "scene.gltf");
-  const Snapshot read = read_model(folder.path()).snapshot;
+  fs::rename(file, folder / "scene.of.mine");
+  const std::string bytes = bytes_of(folder / "scene.of.mine");
+  const Snapshot read = read_model(folder / "scene.of.mine").snapshot;
   CHECK((bytes_of(written_glb(folder, read)) == bytes));
 }
 
@@ -307,7 +307,7 @@ TEST_CASE("photographs as JPEG are smaller and nearly the same, masks stay exact
   const std::uint32_t tile_px = GENERATE(0u, 8u);
   const Snapshot written = compacted(small_snapshot(kValidity, {tile_px, 2, 0}));
   const ImageCoding coding{ImageFormat::jpeg, 95};
-  write_model(folder.path(), written, kValidity, coding);
+  write_model(folder.path(), written, kValidity, {.photographs = coding});
   CHECK(fs::exists(file_of_model(folder.path(), "images/00001.jpg")));
   CHECK(fs::exists(file_of_model(folder.path(), "images/00001-trust.png")));
   const Snapshot read = read_model(folder.path()).snapshot;
@@ -482,11 +482,10 @@ TEST_CASE("the file is glTF with a mesh that any viewer shows") {
   const TemporaryFolder folder;
   const Snapshot snapshot = small_snapshot();
   write_model(folder.path(), snapshot, {});
-  const nlohmann::json gltf = json_of(folder / "scene.gltf");
+  const nlohmann::json gltf = surface_json(folder.path());
   CHECK(gltf.at("asset").at("version") == "2.0");
   CHECK(gltf.at("extensionsUsed") == nlohmann::json{"KHR_materials_unlit", "LUMATLAS_lumigraph"});
   CHECK_FALSE(gltf.contains("extensionsRequired"));
-  CHECK(gltf.at("buffers").at(0).at("byteLength") == fs::file_size(file_of_model(folder.path(), "scene.bin")));
   const auto& primitive = gltf.at("meshes").at(0).at("primitives").at(0);
   const auto& positions = gltf.at("accessors").at(primitive.at("attributes").at("POSITION").get<std::size_t>());
   CHECK(positions.at("min") == nlohmann::json{-2.0, -2.0, 2.0});
@@ -510,8 +509,7 @@ glm::dvec3 placed(const nlohmann::json& node, const glm::dvec3& point) {
 TEST_CASE("the file stands upright for other programs, and has a camera for each stored view") {
   const TemporaryFolder folder;
   const Snapshot snapshot = compacted(small_snapshot());
-  write_model(folder.path(), snapshot, {});
-  const nlohmann::json gltf = json_of(folder / "scene.gltf"), &nodes = gltf.at("nodes"), &root = nodes.at(0);
+  const nlohmann::json gltf = glb_json(written_glb(folder, snapshot)), &nodes = gltf.at("nodes"), &root = nodes.at(0);
   CHECK(gltf.at("scenes") == nlohmann::json::parse(R"([{"nodes": [0]}])"));
   CHECK(root.at("mesh") == 0);
   REQUIRE(nodes.size() == 1 + snapshot.views.size());
@@ -549,7 +547,7 @@ TEST_CASE("a camera of the file shows the whole photograph, wherever that has it
     camera.cy = share.y * size.y;
     nlohmann::json gltf{{"nodes", {nlohmann::json::object()}}};
     snapshot.views[0] = view;
-    add_cameras(gltf, snapshot, glm::dmat3(1));
+    add_cameras(gltf, snapshot);
     const nlohmann::json& written = gltf.at("cameras").at(0);
     const nlohmann::json& perspective = written.at("perspective");
     double outermost = 0;
@@ -575,7 +573,7 @@ TEST_CASE("a model that is read as a mesh is where its photographs see it, with 
   far->offset = {1e6, -2, 0.5};
   snapshot.surface = far;
   write_model(folder.path(), snapshot, {});
-  const TriangleSoup soup = read_gltf_mesh(folder / "scene.gltf");
+  const TriangleSoup soup = read_gltf_mesh(file_of_model(folder.path(), "surface.glb"));
   const Mesh& mesh = snapshot.surface->mesh;
   REQUIRE(soup.faces.size() == mesh.faces.size());
   // Faces are written cell by cell, so that only the outline can be compared.
@@ -588,8 +586,7 @@ TEST_CASE("a rotation is stored row by row") {
   const TemporaryFolder folder;
   const Snapshot snapshot = small_snapshot();
   write_model(folder.path(), snapshot, {});
-  const nlohmann::json gltf = json_of(folder / "scene.gltf");
-  const auto& view = gltf.at("extensions").at("LUMATLAS_lumigraph").at("views").at(0);
+  const nlohmann::json view = lumigraph_of(folder.path()).at("views").at(0);
   const glm::dmat3& rotation = snapshot.views[0]->camera.cam_from_world_rotation;
   // Its second number multiplies y of the world for x of the camera.
   CHECK(view.at("rotation").at(1).get<double>() == (rotation * glm::dvec3(0, 1, 0)).x);
@@ -598,11 +595,10 @@ TEST_CASE("a rotation is stored row by row") {
 TEST_CASE("a view has the masks that it needs in the file, and no others") {
   const TemporaryFolder folder;
   write_model(folder.path(), small_snapshot(), {});
-  const nlohmann::json gltf = json_of(folder / "scene.gltf");
-  const auto& views = gltf.at("extensions").at("LUMATLAS_lumigraph").at("views");
+  const nlohmann::json properties = lumigraph_of(folder.path()), &views = properties.at("views");
   const auto uri = [&](std::size_t view, const char* mask) {
     const auto image = views.at(view).at(mask).get<std::size_t>();
-    return without_content(gltf.at("images").at(image).at("uri").get<std::string>());
+    return without_content(properties.at("images").at(image).at("uri").get<std::string>());
   };
   CHECK_FALSE(views.at(0).contains("lensMask"));
   CHECK_FALSE(views.at(0).contains("trustMask"));
@@ -615,8 +611,7 @@ TEST_CASE("a view has the masks that it needs in the file, and no others") {
 TEST_CASE("a gain is stored as red, green, blue") {
   const TemporaryFolder folder;
   write_model(folder.path(), small_snapshot(), {});
-  const nlohmann::json gltf = json_of(folder / "scene.gltf");
-  const auto& view = gltf.at("extensions").at("LUMATLAS_lumigraph").at("views").at(2);
+  const nlohmann::json view = lumigraph_of(folder.path()).at("views").at(2);
   CHECK(view.at("gain") == nlohmann::json{1.7, 0.9, 1.2});
 }
 
@@ -662,7 +657,7 @@ TEST_CASE("a full disk leaves the model that was there, and nothing else") {
     {
       const FileSizeLimit limit(room);
       try {
-        write_model(folder.path(), other, {}, {ImageFormat::jpeg, 90});
+        write_model(folder.path(), other, {}, {.photographs = {ImageFormat::jpeg, 90}});
       } catch (const InputError& error) {
         sentence = error.what();
       }
@@ -709,7 +704,7 @@ TEST_CASE("a smaller model in the place of a larger one leaves no image that not
   CHECK(files_in(folder.path()) == expected);
   CHECK(expected.size() < before);
   const BaseTexture texture = small_texture(*with_idle_view().surface);
-  write_model(folder.path(), with_idle_view(), {}, {}, &texture);
+  write_model(folder.path(), with_idle_view(), {}, {.texture = &texture});
   CHECK(files_in(folder.path()).size() == expected.size() + 1);
   write_model(folder.path(), with_idle_view(), {});
   CHECK(files_in(folder.path()) == expected);
@@ -731,9 +726,10 @@ TEST_CASE("a base texture lies in the file where it was given, for any viewer, i
   const TemporaryFolder folder;
   const Snapshot snapshot = small_snapshot();
   const BaseTexture texture = small_texture(*snapshot.surface);
-  write_model(folder.path(), snapshot, {}, {}, &texture);
+  write_model(folder.path(), snapshot, {}, {.texture = &texture});
+  make_one_gltf(folder.path());
   const nlohmann::json gltf = json_of(folder / "scene.gltf");
-  const std::string buffer = bytes_of(file_of_model(folder.path(), "scene.bin"));
+  const std::string buffer = bytes_of(folder / "scene.bin");
   const auto& primitive = gltf.at("meshes").at(0).at("primitives").at(0);
   CHECK_FALSE(primitive.at("attributes").contains("COLOR_0"));
   const auto& material = gltf.at("materials").at(primitive.at("material").get<std::size_t>());
@@ -765,20 +761,16 @@ TEST_CASE("a model reads back and renders the same with a base texture and witho
   const Snapshot written = small_snapshot(kValidity, {tile_px, 2, 0});
   BaseTexture texture = small_texture(*written.surface);
   write_model(plain.path(), written, kValidity);
-  write_model(folder.path(), written, kValidity, {}, &texture);
-  const std::size_t copies = json_of(folder / "scene.gltf")
-                                 .at("accessors")
-                                 .at(json_of(folder / "scene.gltf")
-                                         .at("extensions")
-                                         .at("LUMATLAS_lumigraph")
-                                         .at("vertexCopies")
-                                         .get<std::size_t>())
+  write_model(folder.path(), written, kValidity, {.texture = &texture});
+  const nlohmann::json surface = surface_json(folder.path());
+  const std::size_t copies = surface.at("accessors")
+                                 .at(lumigraph_of(folder.path()).at("vertexCopies").get<std::size_t>())
                                  .at("count")
                                  .get<std::size_t>();
   CHECK(copies > 0);
   texture.coding = {ImageFormat::jpeg, 90};
   std::ofstream stream(folder / "model.glb", std::ios::binary);
-  write_glb(stream, written, kValidity, {}, {}, &texture);
+  write_glb(stream, written, kValidity, {.texture = &texture});
   stream.close();
   const Snapshot expected = read_model(plain.path()).snapshot;
   for (const fs::path& path : {folder.path(), folder / "model.glb"}) {
@@ -813,7 +805,7 @@ TEST_CASE("a base texture that does not fit the mesh is no texture") {
     BaseTexture texture = good;
     damage(texture);
     try {
-      write_model(folder.path(), snapshot, {}, {}, &texture);
+      write_model(folder.path(), snapshot, {}, {.texture = &texture});
     } catch (const std::invalid_argument& error) {
       return error.what();
     }
@@ -834,17 +826,17 @@ TEST_CASE("a photograph without a resident tile is not opened") {
   // Earlier programs wrote models that kept such views: with a resident flag of 0 for each of their tiles.
   const TemporaryFolder folder;
   write_model(folder.path(), small_snapshot({}, {8, 2, 0}), {});
-  nlohmann::json gltf = json_of(folder / "scene.gltf");
-  const nlohmann::json& extension = gltf["extensions"]["LUMATLAS_lumigraph"];
-  const auto accessor = extension["tiles"]["resident"].get<std::size_t>();
+  make_one_gltf(folder.path());
+  const nlohmann::json gltf = json_of(folder / "scene.gltf");
+  const auto accessor = gltf["extensions"]["LUMATLAS_lumigraph"]["resident"].get<std::size_t>();
   const auto& view = gltf["bufferViews"][gltf["accessors"][accessor]["bufferView"].get<std::size_t>()];
-  std::string buffer = bytes_of(file_of_model(folder.path(), "scene.bin"));
+  std::string buffer = bytes_of(folder / "scene.bin");
   const std::size_t tiles_of_first = 3 * 2;  // 24 x 16 pixels
   std::fill_n(buffer.begin() + static_cast<std::ptrdiff_t>(view.value("byteOffset", std::size_t{0})), tiles_of_first,
               0);
-  (void)folder.with_file(gltf["buffers"][0]["uri"].get<std::string>(), buffer);
-  REQUIRE(fs::remove(file_of_model(folder.path(), "images/00000.png")));
-  const Model model = read_model(folder.path());
+  (void)folder.with_file("scene.bin", buffer);
+  REQUIRE(fs::remove(folder / "images/00000.png"));
+  const Model model = read_model(folder / "scene.gltf");
   REQUIRE(model.snapshot.views.size() == 3);
   CHECK(model.snapshot.views[0] == nullptr);
   CHECK(model.snapshot.views[1] != nullptr);
@@ -875,9 +867,9 @@ TEST_CASE("a model that cannot be written is refused by name") {
   const TemporaryFolder folder;
   const fs::path missing = folder / "missing";
   CHECK_THROWS_AS(write_model(folder.with_file("file", "x"), small_snapshot(), {}), InputError);
-  fs::create_directories(folder / "scene.gltf");
+  fs::create_directories(folder / "tileset.json");
   CHECK_THROWS_MATCHES(write_model(folder.path(), small_snapshot(), {}), InputError,
-                       Catch::Message((folder / "scene.gltf").string() +
+                       Catch::Message((folder / "tileset.json").string() +
                                       ": cannot be written: check that the disk has room and the folder is writable"));
   CHECK_THROWS_AS(write_model(missing, small_snapshot(), {0, 2, 8}), std::invalid_argument);
   CHECK_FALSE(fs::exists(missing));

@@ -9,6 +9,7 @@
 
 #include "atlas/model/model_file.h"
 #include "tests/support/far_scenes.h"
+#include "tests/support/plain_model.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/wall_scenes.h"
 
@@ -92,11 +93,24 @@ class Checker {
   std::vector<std::string> errors_;
 };
 
+// Each face is its own cell's.
+CellShares own_shares(const Surface& surface) {
+  CellShares shares;
+  for (std::uint32_t cell = 0; cell < surface.cells.cells.size(); ++cell) {
+    shares.zones.push_back({cell, kNoCell, kNoCell, kNoCell});
+  }
+  shares.zone_of_face = surface.cells.cell_of_face;
+  const glm::vec4 all(1, 0, 0, 0);
+  shares.corners.assign(surface.cells.cell_of_face.size(), {all, all, all});
+  return shares;
+}
+
 json written_extension(const Snapshot& snapshot, bool textured = false) {
   const TemporaryFolder folder;
   const BaseTexture texture = small_texture(*snapshot.surface);
-  write_model(folder.path(), snapshot, {}, {}, textured ? &texture : nullptr);
-  return json::parse(bytes_of(folder / "scene.gltf")).at("extensions").at("LUMATLAS_lumigraph");
+  const CellShares shares = own_shares(*snapshot.surface);
+  write_model(folder.path(), snapshot, {}, {.texture = textured ? &texture : nullptr, .shares = &shares});
+  return lumigraph_of(folder.path());
 }
 
 TEST_CASE("what is written passes the schema") {
@@ -130,11 +144,11 @@ TEST_CASE("every property of the schema is written, but for glTF's own") {
   names_in(written_extension(far_snapshot()), written);
   const json rules = schema();
   for (const json& object : {rules, rules["$defs"]["view"], rules["properties"]["tiles"],
-                             rules["properties"]["validity"], rules["properties"]["far"]}) {
+                             rules["properties"]["validity"], rules["properties"]["far"], rules["$defs"]["image"]}) {
     for (const auto& [name, part] : object.at("properties").items()) listed.push_back(name);
   }
   for (const std::string& name : listed) {
-    if (name == "extras" || name == "extensions") continue;
+    if (name == "extras" || name == "extensions" || name == "coarse") continue;  // small models have no coarse mesh
     CAPTURE(name);
     CHECK(std::count(written.begin(), written.end(), name) > 0);
   }
@@ -146,7 +160,7 @@ TEST_CASE("the schema refuses what the reader refuses") {
   Checker checker(rules);
   REQUIRE(checker.errors(good).empty());
   const std::vector<std::pair<const char*, json>> wrong{
-      {"/version", 1},
+      {"/version", 3},
       {"/vertexCopies", -1},
       {"/offset", {1, 2}},
       {"/offset/2", 1e39},
@@ -169,7 +183,13 @@ TEST_CASE("the schema refuses what the reader refuses") {
       {"/views/1/rotation/9", 0},
       {"/views/1/translation/0", -1e14},
       {"/views/1/gain/2", 1.1e6},
-      {"/views/1/mask", 3},
+      {"/views/1/mask", -1},
+      {"/views/1/depth", -1},
+      {"/up", {0, 1}},
+      {"/firstView", -1},
+      {"/zoneCells", 0.5},
+      {"/poster", -1},
+      {"/images/0/uri", 3},
   };
   for (const auto& [place, value] : wrong) {
     json damaged = good;
@@ -184,7 +204,10 @@ TEST_CASE("the schema refuses what the reader refuses") {
       damaged[pointer].erase(name);
       const bool optional = name == "references" || name == "views" || name == "tiles" || name == "resident" ||
                             name == "lensMask" || name == "trustMask" || name == "edges" || name == "texels" ||
-                            name == "vertexCopies";
+                            name == "vertexCopies" || name == "mask" || name == "thumbnail" || name == "depth" ||
+                            name == "images" || name == "poster" || name == "up" || name == "firstView" ||
+                            name == "zoneCells" || name == "offset" || name == "cellSize" || name == "cellSeen" ||
+                            name == "referenceOffsets" || name == "validity";
       CAPTURE(object, name);
       CHECK(checker.errors(damaged).size() == (optional ? 0 : 1));
     }

@@ -124,8 +124,6 @@ TEST_CASE("killed between any two steps, a save leaves the earlier model or the 
   const TemporaryFolder folder, moments, fresh;
   write_model(folder.path(), model_number(0), {});
   const Shown earlier = read_back(folder.path());
-  const bool of_earlier_version = GENERATE(false, true);
-  if (of_earlier_version) give_plain_names(folder.path());
   write_model(fresh.path(), model_number(1), {});
   const Shown later = read_back(fresh.path());
   REQUIRE(earlier != later);
@@ -151,15 +149,9 @@ TEST_CASE("killed between any two steps, a save leaves the earlier model or the 
     CHECK((is_later || read == earlier));
     if (committed) CHECK(is_later);
     if (is_later && !committed) committed = moment;
-    // The next save removes what the interrupted one left. Files without a tag of their content stay: their names do
-    // not tell which save wrote them.
+    // The next save removes what the interrupted one left.
     write_model(at, model_number(1), {});
-    std::map<std::string, std::string> left = contents(at);
-    if (of_earlier_version)
-      std::erase_if(left, [](const auto& file) { return without_content(file.first) == file.first; });
-    std::map<std::string, std::string> expected = whole;
-    if (of_earlier_version) expected.erase("scene.gltf");
-    CHECK(left == expected);
+    CHECK(contents(at) == whole);
     CHECK(read_back(at) == later);
   }
   REQUIRE(committed);
@@ -191,7 +183,7 @@ TEST_CASE("a save that fails at any step leaves the folder as it was") {
   CHECK(read_back(folder.path()) == read_back(fresh.path()));
 }
 
-TEST_CASE("the earlier model's files are removed only once the disk has the new scene.gltf") {
+TEST_CASE("the earlier model's files are removed only once the disk has the new tileset.json") {
   const TemporaryFolder folder, fresh;
   write_model(folder.path(), model_number(0), {});
   was_removed_early = false;
@@ -204,13 +196,13 @@ TEST_CASE("the earlier model's files are removed only once the disk has the new 
 TEST_CASE("a reader that is still at an earlier model never meets a photograph of a later one") {
   const TemporaryFolder folder;
   write_model(folder.path(), model_number(0), {});
-  const std::string earlier = bytes_of(folder / "scene.gltf");
+  const std::string earlier = bytes_of(folder / "tileset.json");
   for (const std::uint8_t number : std::vector<std::uint8_t>{1, 2, 3}) {
     write_model(folder.path(), model_number(number), {});
-    const std::string later = bytes_of(folder / "scene.gltf");
-    (void)folder.with_file("scene.gltf", earlier);  // as the reader has it
+    const std::string later = bytes_of(folder / "tileset.json");
+    (void)folder.with_file("tileset.json", earlier);  // as the reader has it
     CHECK_THROWS_WITH(read_model(folder.path()), Catch::Contains("no such file"));
-    (void)folder.with_file("scene.gltf", later);
+    (void)folder.with_file("tileset.json", later);
   }
 }
 

@@ -126,7 +126,7 @@ TEST_CASE("whichever streams are closed, a run ends as it should and its output 
                            "--no-alignment", "-o",         out,       "--baselines", "none"};
   const bool opengl = lumatlas(validate).status == 0;  // validate needs it
   std::vector<std::pair<Arguments, const char*>> runs{
-      {{"build", made().scene, kLargeCells, "-o", out, "--refine", "none"}, "scene.gltf"},
+      {{"build", made().scene, kLargeCells, "-o", out, "--refine", "none"}, "tileset.json"},
       {depth_pictures(out, "1"), "00000.png"},
   };
   if (opengl) runs.emplace_back(validate, "index.html");

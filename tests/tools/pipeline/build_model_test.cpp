@@ -827,7 +827,7 @@ TEST_CASE("a model is saved as a folder or as one file, with what tells how it w
     const Model model = read_model(folder / name);
     CHECK(stored(model.snapshot) == stored(result));
   }
-  const std::filesystem::path file = folder.with_file("model/scene.gltf", "{\"asset\": ,}");
+  const std::filesystem::path file = folder.with_file("model/tileset.json", "{\"asset\": ,}");
   CHECK_THROWS_WITH(read_model_notes(folder / "model"), Catch::StartsWith(file.string() + ": is not JSON: "));
 }
 

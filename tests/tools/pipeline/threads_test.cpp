@@ -45,8 +45,7 @@ Built build_on(std::size_t threads, const std::filesystem::path& scene, const Bu
   Built built{build_model(scene, options), {}};
   std::ostringstream file;
   REQUIRE(built.result.texture);
-  write_glb(file, built.result.snapshot, options.planner.validity, {.format = ImageFormat::png}, {},
-            &built.result.texture->texture);
+  write_glb(file, built.result.snapshot, options.planner.validity, {.texture = &built.result.texture->texture});
   built.bytes = file.str();
   return built;
 }

@@ -243,7 +243,7 @@ class Jobs(InOffice):
         lumatlas.export(self.model, "kept.glb")
         lumatlas.render(self.model, cameras, "kept")
         lumatlas.build(self.scene, "kept-model", refine="none", max_views=3, cell_size=0.5)
-        kept = [Path("kept.ply"), Path("kept.glb"), Path("kept/00000.png"), Path("kept-model/scene.gltf")]
+        kept = [Path("kept.ply"), Path("kept.glb"), Path("kept/00000.png"), Path("kept-model/tileset.json")]
         before = [path.read_bytes() for path in kept]
         jobs = {
             "mesh": lambda progress: lumatlas.make_mesh(self.scene, "kept.ply", match_size=96, progress=progress),

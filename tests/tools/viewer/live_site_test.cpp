@@ -17,6 +17,8 @@
 #include <thread>
 #include <utility>
 
+#include "atlas/model/content_digest.h"
+#include "blend/tables/cell_shares.h"
 #include "tests/support/small_scenes.h"
 #include "tests/support/view_parts.h"
 
@@ -60,20 +62,33 @@ class RunningLive {
   int port_ = 0;
 };
 
-// All files that a scene names.
-std::set<std::string> files_of(const json& scene) {
-  std::set<std::string> files{scene["mesh"]["file"], scene["tables"]["file"], scene["colors"]["file"]};
-  for (const json& view : scene["views"]) {
-    if (!view.is_null()) files.insert({view["photograph"], view["mask"], view["thumbnail"]});
+// A version of a model as its page reads it.
+struct Read {
+  json tileset, surface;
+
+  explicit Read(const RunningLive& running)
+      : tileset(running.read("tileset.json")), surface(running.read(tileset["root"]["content"]["uri"])) {}
+
+  [[nodiscard]] const json& properties() const { return tileset["extensions"]["LUMATLAS_lumigraph"]; }
+  [[nodiscard]] const json& views() const { return properties()["views"]; }
+  // The name of the file that a view's photograph or mask is in.
+  [[nodiscard]] std::string image(std::size_t view, const char* kind = "image") const {
+    return properties()["images"][views()[view][kind].get<std::size_t>()]["uri"];
   }
-  return files;
-}
+  // The name of the file of the mesh, 0, the colours, 1, or the tables, 2.
+  [[nodiscard]] std::string buffer(std::size_t number) const { return surface["buffers"][number]["uri"]; }
+  [[nodiscard]] std::set<std::string> files() const {
+    std::set<std::string> files{tileset["root"]["content"]["uri"], buffer(0), buffer(1), buffer(2)};
+    for (const json& image : properties()["images"]) files.insert(image["uri"].get<std::string>());
+    return files;
+  }
+};
 
 TEST_CASE("a page waits until there is a photograph, and is told when nothing will follow") {
   RunningLive running;
   LiveSite site(running.server, "room");
   CHECK(running.status("index.html") == 200);
-  CHECK(running.status("scene.json") == 404);
+  CHECK(running.status("tileset.json") == 404);
   CHECK(running.read("live.json") == json{{"version", 0}, {"last", false}});
   Snapshot empty = room(1);
   empty.views.assign(1, nullptr);
@@ -90,50 +105,49 @@ TEST_CASE("a page opens at a photograph that was held level") {
   LiveSite site(running.server, "room");
   Snapshot snapshot = room(12);
   site.update(snapshot, false);
-  const std::size_t first = running.read("scene.json")["first_view"];
+  const std::size_t first = Read(running).properties()["firstView"];
   StoredView rolled = *snapshot.views[first];
   rolled.camera.cam_from_world_rotation =
       glm::dmat3(glm::rotate(glm::dmat4(1), glm::radians(20.0), glm::dvec3(0, 0, 1))) *
       rolled.camera.cam_from_world_rotation;
   snapshot.views[first] = std::make_shared<const StoredView>(std::move(rolled));
   site.update(snapshot, true);
-  CHECK(running.read("scene.json")["first_view"] != first);
+  CHECK(Read(running).properties()["firstView"] != first);
 }
 
 TEST_CASE("what did not change keeps its name, and what no version needs any more goes") {
   RunningLive running;
   LiveSite site(running.server, "room");
   site.update(room(3), false);
-  const json first = running.read("scene.json");
+  const Read first(running);
   Snapshot moved = room(5);  // made anew: only what follows differs
   auto other = std::make_shared<StoredView>(*moved.views[1]);
-  own_photograph(*other).rgb[0] ^= 1;
+  for (std::uint8_t& value : own_photograph(*other).rgb) value ^= 0x40;
   moved.views[1] = other;
   site.update(moved, false);
-  const json second = running.read("scene.json");
-  CHECK(second["version"] == 2);
-  CHECK(second["mesh"] == first["mesh"]);
-  CHECK(second["views"][0]["photograph"] == first["views"][0]["photograph"]);
-  CHECK(second["views"][0]["mask"] == first["views"][0]["mask"]);
-  CHECK(second["views"][1]["photograph"] != first["views"][1]["photograph"]);
-  CHECK(second["views"].size() == 5);
+  const Read second(running);
+  CHECK(second.buffer(0) == first.buffer(0));
+  CHECK(second.image(0) == first.image(0));
+  CHECK(second.image(0, "mask") == first.image(0, "mask"));
+  CHECK(second.image(1) != first.image(1));
+  CHECK(second.views().size() == 5);
   // A page may still be fetching the version before.
-  for (const std::string& file : files_of(first)) CHECK(running.status(file) == 200);
-  for (const std::string& file : files_of(second)) CHECK(running.status(file) == 200);
-  CHECK(second["tables"] != first["tables"]);
+  for (const std::string& file : first.files()) CHECK(running.status(file) == 200);
+  for (const std::string& file : second.files()) CHECK(running.status(file) == 200);
+  CHECK(second.buffer(2) != first.buffer(2));
   site.update(moved, false);
-  const json third = running.read("scene.json");
-  CHECK(third["version"] == 3);
-  CHECK(third["tables"] == second["tables"]);
-  CHECK(third["colors"] == second["colors"]);
+  const Read third(running);
+  CHECK(third.tileset == second.tileset);
   FallbackColors::Colors colors = moved.vertex_colors.get();
   colors.front().r ^= 1;
   moved.vertex_colors = std::move(colors);
   site.update(moved, false);
-  CHECK(running.read("scene.json")["colors"]["file"] == "colors-4.bin");
-  const std::set<std::string> kept = files_of(running.read("scene.json"));
-  const std::set<std::string> before = files_of(third);
-  for (const std::string& file : files_of(first)) {
+  const Read last(running);
+  CHECK(last.buffer(0) == third.buffer(0));
+  CHECK(last.buffer(1) != third.buffer(1));
+  CHECK(last.buffer(2) == third.buffer(2));
+  const std::set<std::string> kept = last.files(), before = third.files();
+  for (const std::string& file : first.files()) {
     CHECK(running.status(file) == (kept.contains(file) || before.contains(file) ? 200 : 404));
   }
 }
@@ -146,24 +160,28 @@ TEST_CASE("of views that there was no time for, a page is told no tiles") {
   leave_out_views_without_tiles(some);
   REQUIRE_FALSE(some.views[1]);
   REQUIRE_FALSE(some.views[2]);
-  SiteOptions options;
-  SiteHistory history;
-  json scene;
-  const auto put = [&](const SiteFile& file) {
-    if (file.name == "scene.json") scene = json::parse(file.bytes);
+  LiveForm form({}, [](const Surface& surface) { return share_cells(surface, surface.cells.size); });
+  json surface;
+  const PutFormFile put = [&](const FormFile& file) {
+    if (file.ending == ".gltf") surface = json::parse(file.bytes.begin(), file.bytes.end());
+    return name_by_content(file.stem, file.ending, file.bytes);
   };
-  const auto tiles = [&] { return scene["tables"]["arrays"].back()["entries"].get<std::size_t>(); };
-  write_site_version(some, options, history, put);
+  const auto tiles = [&] {
+    const auto accessor = surface["extensions"]["LUMATLAS_lumigraph"]["resident"].get<std::size_t>();
+    return surface["accessors"][accessor]["count"].get<std::size_t>();
+  };
+  const auto views = [](const FormVersion& version) {
+    return json::parse(version.tileset)["extensions"]["LUMATLAS_lumigraph"]["views"];
+  };
+  const std::chrono::seconds enough = std::chrono::hours(1);
+  (void)form.write(some, enough, put);
   CHECK(tiles() == first);
-  options.time_for_views = std::chrono::seconds(-1);
-  write_site_version(all, options, history, put);  // at least one more
-  CHECK(scene["views"][1].is_object());
-  CHECK(scene["views"][2].is_null());
+  const FormVersion more = form.write(all, std::chrono::seconds(-1), put);  // at least one more
+  CHECK(views(more)[1].is_object());
+  CHECK(views(more)[2].is_null());
   CHECK(tiles() == last);
-  CHECK_FALSE(history.complete);
-  options.time_for_views = std::chrono::hours(1);
-  write_site_version(all, options, history, put);
-  CHECK(scene["views"][2].is_object());
+  CHECK_FALSE(more.complete);
+  CHECK(views(form.write(all, enough, put))[2].is_object());
   CHECK(tiles() == all.tiles.slots.size());
 }
 
@@ -177,9 +195,9 @@ TEST_CASE("shaders are in a file of their own, which no version changes") {
     site.update(room(views), false);
     CHECK(running.text("shaders.json") == before);
     // The part that is fetched again with each version: a few hundred bytes a view.
-    const std::string scene = running.text("scene.json");
+    const std::string scene = running.text("tileset.json");
     CHECK(scene.find("#version") == std::string::npos);
-    CHECK(scene.size() < 2000 + 800 * views);
+    CHECK(scene.size() < 2000 + 1200 * views);
   }
 }
 
@@ -187,7 +205,7 @@ TEST_CASE("a version that fails or is stopped leaves the one before") {
   RunningLive running;
   LiveSite site(running.server, "room");
   site.update(room(3), false);
-  const json before = running.read("scene.json");
+  const json before = running.read("tileset.json");
   Snapshot bad = room(4);
   bad.gains.pop_back();
   CHECK_THROWS_AS(site.update(bad, false), std::invalid_argument);
@@ -198,9 +216,9 @@ TEST_CASE("a version that fails or is stopped leaves the one before") {
                               }),
                   std::runtime_error);
   CHECK(running.read("live.json")["version"] == 1);
-  CHECK(running.read("scene.json") == before);
+  CHECK(running.read("tileset.json") == before);
   site.update(room(5), false);
-  CHECK(running.read("scene.json")["views"].size() == 5);
+  CHECK(Read(running).views().size() == 5);
 }
 
 TEST_CASE("a snapshot looks like another until something that is drawn differs") {
@@ -225,7 +243,7 @@ TEST_CASE("a snapshot looks like another until something that is drawn differs")
 }
 
 std::size_t shown_views(const RunningLive& running) {
-  const json views = running.read("scene.json")["views"];
+  const json views = Read(running).views();
   return std::count_if(views.begin(), views.end(), [](const json& view) { return view.is_object(); });
 }
 

@@ -47,6 +47,12 @@ void store(SiteFile& file, const json& value) {
   file.bytes.assign(text.begin(), text.end());
 }
 
+// The name of a view's photograph.
+std::string image_of(const json& tileset, std::size_t view) {
+  const json& properties = tileset["extensions"]["LUMATLAS_lumigraph"];
+  return properties["images"][properties["views"][view]["image"].get<std::size_t>()]["uri"];
+}
+
 // Files that the browser itself fetches when a page is opened; the page cannot fetch them again.
 bool is_opened_by_browser(const std::string& name) {
   return name.ends_with(".html") || name.ends_with(".js") || name.ends_with(".css");
@@ -72,36 +78,33 @@ TEST_CASE("a page shows the same picture on a network that refuses, delays and c
 }
 
 TEST_CASE("what is never to be had is replaced by the next best, and told") {
-  std::vector<SiteFile> files = sites_and_test("network_test.html", {"view", "fine", "tables"});
+  std::vector<SiteFile> files = sites_and_test("network_test.html", {"view", "fine"});
   // Small models have no coarse mesh of their own.
-  SiteFile& manifest = file_named(files, "fine/scene.json");
-  json scene = parsed(manifest);
-  scene["coarse"] = scene["mesh"];
-  scene["coarse"]["file"] = "coarse.bin";
-  store(manifest, scene);
-  SiteFile coarse = file_named(files, "fine/" + scene["mesh"]["file"].get<std::string>());
-  coarse.name = "fine/coarse.bin";
+  SiteFile& manifest = file_named(files, "fine/tileset.json");
+  json tileset = parsed(manifest);
+  json surface = tileset["root"];
+  tileset["root"]["content"]["uri"] = "coarse.glb";
+  tileset["root"]["children"] = {surface};
+  store(manifest, tileset);
+  const std::string fine = "fine/" + surface["content"]["uri"].get<std::string>();
+  SiteFile coarse = file_named(files, fine);
+  coarse.name = "fine/coarse.glb";
   files.push_back(coarse);
-  const std::string view =
-      "view/" + parsed(file_named(files, "view/scene.json"))["views"][3]["photograph"].get<std::string>();
-  const std::string tables =
-      "tables/" + parsed(file_named(files, "tables/scene.json"))["tables"]["file"].get<std::string>();
-  const std::string fine = "fine/" + scene["mesh"]["file"].get<std::string>();
-  const std::map<std::string, Trouble> troubles{
-      {view, {Kind::missing, {}}}, {fine, {Kind::refused, {}}}, {tables, {Kind::shortened, {}}}};
+  const std::string view = "view/" + image_of(parsed(file_named(files, "view/tileset.json")), 3);
+  const std::map<std::string, Trouble> troubles{{view, {Kind::missing, {}}}, {fine, {Kind::refused, {}}}};
   std::mutex mutex;
   std::map<std::string, int> asked;
   const Network network = [&](const std::string& name) -> Trouble {
     const std::lock_guard lock(mutex);
     ++asked[name];
     const auto found = troubles.find(name);
-    // The fine mesh and the tables can be had in the end.
+    // The fine mesh can be had in the end.
     return found == troubles.end() || (name != view && asked[name] > 6) ? Trouble{} : found->second;
   };
   const Said said = said_in_browser(files, "/test.html#missing", 640, 480, network);
   if (said.empty()) return;
   CHECK(problem_of(said) == "");
-  REQUIRE(said.contains("tables-later"));
+  REQUIRE(said.contains("fine-later"));
   const std::string end = ". What is there is shown, and the page tries again.";
   CHECK(said.at("view-line") ==
         "1 photograph is missing: " + view.substr(5) + " cannot be loaded: the server says 404" + end);
@@ -110,27 +113,26 @@ TEST_CASE("what is never to be had is replaced by the next best, and told") {
   CHECK(said.at("fine-line") ==
         "The fine mesh is missing: " + fine.substr(5) + " cannot be loaded: the server says 503" + end);
   CHECK(std::stod(said.at("fine-psnr")) > 45);  // of averaged colours
-  CHECK_THAT(said.at("tables-line"), Catch::StartsWith("The table of photographs is missing: " + tables.substr(7)));
-  CHECK(std::stod(said.at("tables-psnr")) > 45);
-  for (const std::string part : {"fine", "tables"}) {
-    CHECK(said.at(part + "-later") == "4 of 4 pictures alike, missing: ");
-  }
+  CHECK(said.at("fine-later") == "4 of 4 pictures alike, missing: ");
 }
 
 TEST_CASE("a manifest says how many bytes the files have") {
   std::vector<SiteFile> files = site_files();
-  const json bytes = parsed(file_named(files, "scene.json"))["bytes"];
-  CHECK(bytes.size() > 3 * kSiteViews);
-  for (const auto& [name, size] : bytes.items()) CHECK(file_named(files, name).bytes.size() == size);
+  const json tileset = parsed(file_named(files, "tileset.json"));
+  const json& images = tileset["extensions"]["LUMATLAS_lumigraph"]["images"];
+  CHECK(images.size() >= 3 * kSiteViews);
+  for (const json& image : images) CHECK(file_named(files, image["uri"]).bytes.size() == image["byteLength"]);
+  const json& content = tileset["root"]["content"];
+  CHECK(file_named(files, content["uri"]).bytes.size() == content["extras"]["byteLength"]);
 }
 
 TEST_CASE("a page whose site was written anew shows the new site") {
   std::vector<SiteFile> files = sites_and_test("network_test.html", {"old"});
   // An intermediate cache answers with the old manifest, which names a file that is gone, until it is asked anew.
-  SiteFile& manifest = file_named(files, "old/scene.json");
+  SiteFile& manifest = file_named(files, "old/tileset.json");
   const SiteFile now = manifest;
   json scene = parsed(manifest);
-  scene["mesh"]["file"] = "mesh-of-before.bin";
+  scene["root"]["content"]["uri"] = "surface-of-before.glb";
   store(manifest, scene);
   files.push_back(now);
   files.back().name = "old/now.json";

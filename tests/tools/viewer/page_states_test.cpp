@@ -16,9 +16,7 @@ namespace {
 std::vector<SiteFile> states_and_test() {
   std::vector<SiteFile> files = site_files();
   for (const SiteFile& file : site_files(room_snapshot(3, {}, {16, 2, 0}))) files.push_back(in_folder("few", file));
-  SiteOptions options;
-  options.live = true;
-  for (const SiteFile& file : page_files(options)) files.push_back(in_folder("waits", file));
+  for (const SiteFile& file : page_files("waits", {.live = true})) files.push_back(in_folder("waits", file));
   files.push_back(text_file("waits/live.json", "application/json", R"({"version": 0, "last": false})"));
   files.push_back(cameras_file());
   for (SiteFile& file : test_page_files("page_states_test.html")) files.push_back(std::move(file));

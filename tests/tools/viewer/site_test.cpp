@@ -4,6 +4,7 @@
 
 #include <catch2/catch.hpp>
 #include <cstdint>
+#include <glm/glm.hpp>
 #include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -16,7 +17,9 @@
 #include <vector>
 
 #include "atlas/model/content_digest.h"
+#include "atlas/model/model_file.h"
 #include "tests/support/small_scenes.h"
+#include "tests/support/temporary_folder.h"
 #include "tests/support/view_parts.h"
 
 namespace lumatlas {
@@ -52,10 +55,10 @@ bool is_named_by_content(const std::string& name) {
   return std::regex_search(name, std::regex("-[0-9a-f]{16}\\.[a-z]+$"));
 }
 
-// Names that index.html or scene.json give to files named by content.
+// Names that index.html or tileset.json give to files named by content.
 std::set<std::string> names_given(const Files& files) {
   std::set<std::string> names;
-  collect_texts(json::parse(files.at("scene.json")), names);
+  collect_texts(json::parse(files.at("tileset.json")), names);
   const std::string html(files.at("index.html").begin(), files.at("index.html").end());
   const std::regex attribute("\"([^\"]*)\"");
   for (std::sregex_iterator found(html.begin(), html.end(), attribute), end; found != end; ++found) {
@@ -65,7 +68,7 @@ std::set<std::string> names_given(const Files& files) {
   return names;
 }
 
-TEST_CASE("a site's files are named by what they hold, and index.html and scene.json name them all") {
+TEST_CASE("a site's files are named by what they hold, and index.html and tileset.json name them all") {
   const Files files = files_of_site(small_room(), "room");
   std::set<std::string> tagged;
   for (const auto& [name, bytes] : files) {
@@ -75,9 +78,9 @@ TEST_CASE("a site's files are named by what they hold, and index.html and scene.
     tagged.insert(name);
   }
   CHECK(tagged.size() == files.size() - 4);
-  for (const char* name : {"index.html", "scene.json", "viewer.js", "shaders.json"}) CHECK(files.contains(name));
+  for (const char* name : {"index.html", "tileset.json", "viewer.js", "shaders.json"}) CHECK(files.contains(name));
   CHECK(names_given(files) == tagged);
-  CHECK(tagged.size() >= 3 + 3 + 3 * 3);  // page; poster, mesh, tables; three files a view
+  CHECK(tagged.size() >= 3 + 2 + 3 * 3);  // page; poster, surface; three files a view
 }
 
 TEST_CASE("no name of a site means one thing in one version and another in the next") {
@@ -94,15 +97,37 @@ TEST_CASE("no name of a site means one thing in one version and another in the n
   for (const auto& [name, bytes] : before) {
     INFO(name);
     const auto found = after.find(name);
-    if (found == after.end() || name == "scene.json") continue;
+    if (found == after.end() || name == "tileset.json") continue;
     CHECK(found->second == bytes);
     ++alike;
   }
   CHECK(alike > 0);
-  const json scene = json::parse(before.at("scene.json")), next = json::parse(after.at("scene.json"));
-  CHECK(next["mesh"]["file"] != scene["mesh"]["file"]);
-  CHECK(next["views"][1]["photograph"] != scene["views"][1]["photograph"]);
-  CHECK(next["views"][2]["photograph"] == scene["views"][2]["photograph"]);
+  const json scene = json::parse(before.at("tileset.json")), next = json::parse(after.at("tileset.json"));
+  CHECK(next["root"]["content"]["uri"] != scene["root"]["content"]["uri"]);
+  const auto photograph = [](const json& tileset, std::size_t view) {
+    const json& properties = tileset["extensions"]["LUMATLAS_lumigraph"];
+    return properties["images"][properties["views"][view]["image"].get<std::size_t>()]["uri"];
+  };
+  CHECK(photograph(next, 1) != photograph(scene, 1));
+  CHECK(photograph(next, 2) == photograph(scene, 2));
+}
+
+TEST_CASE("a site is a model that reads back as what was exported, but for what makes it small") {
+  const Snapshot model = small_room();
+  const TemporaryFolder folder;
+  SiteOptions options;
+  options.photographs.format = ImageFormat::png;
+  write_site_folder(folder.path(), model, options);
+  const Snapshot read = read_model(folder.path()).snapshot;
+  CHECK(read.references.offsets == model.references.offsets);
+  CHECK(read.references.views == model.references.views);
+  CHECK(read.surface->mesh.faces.size() == model.surface->mesh.faces.size());
+  REQUIRE(read.views.size() == model.views.size());
+  const Bounds before = bounds(model.surface->mesh), after = bounds(read.surface->mesh);
+  CHECK(glm::distance(before.min, after.min) + glm::distance(before.max, after.max) < 1e-2);
+  for (std::size_t view = 0; view < read.views.size(); ++view) {
+    CHECK(read.views[view]->camera.fx == model.views[view]->camera.fx);
+  }
 }
 
 TEST_CASE("a title that looks like a place in the page's template stays a title") {
@@ -117,7 +142,7 @@ TEST_CASE("a title that looks like a place in the page's template stays a title"
   REQUIRE(first != std::string::npos);
   CHECK(first > html.find("<main>"));
   CHECK(html.find("<script type=\"module\">") > html.rfind("<script type=\"application/octet-stream\""));
-  const std::vector<std::uint8_t> index = page_files(options).front().bytes;
+  const std::vector<std::uint8_t> index = page_files(options.title).front().bytes;
   CHECK(std::string(index.begin(), index.end()).find("<title>" + options.title + "</title>") != std::string::npos);
 }
 

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Requests of the page over the network; no other module makes any. A request that fails is made again, after pauses
 // that grow. An answer that is cut short, stalls or cannot be decoded has failed too.
-/** @import {NetworkOptions} from './types.d.ts' */
+/** @import {FilePart, NetworkOptions} from './types.d.ts' */
 
 const TRIES = 5;
 const PAUSE_MS = 300;
@@ -40,8 +40,9 @@ export class Fetching {
     this.signal = signal;
   }
 
-  // Returns the result of `decode` for a file's bytes. `size`: the file's bytes, if known. `anew`: not from the
-  // browser's cache. Throws FetchFailure after the last try, and the signal's reason once it is aborted.
+  // Returns the result of `decode` for a file's bytes, or a part's. `size`: the file's bytes, if known.
+  // `anew`: not from the browser's cache. Throws FetchFailure after the last try, and the signal's reason once it is
+  // aborted.
   /**
    * @template T
    * @param {string} name
@@ -49,12 +50,13 @@ export class Fetching {
    * @param {number | undefined} size
    * @param {(blob: Blob) => Promise<T>} decode
    * @param {boolean} anew
+   * @param {FilePart} [part]
    * @returns {Promise<T>}
    */
-  async get(name, address, size, decode, anew) {
+  async get(name, address, size, decode, anew, part) {
     for (let number = 1;; ++number) {
       try {
-        const blob = await this.answer(name, address, size, anew || number > 1);
+        const blob = await this.answer(name, address, size, anew || number > 1, part);
         return await decoded(name, blob, decode);
       } catch (error) {
         this.signal?.throwIfAborted();
@@ -84,14 +86,22 @@ export class Fetching {
   }
 
   // One try.
-  /** @param {string} name @param {URL} address @param {number | undefined} size @param {boolean} anew */
-  async answer(name, address, size, anew) {
+  /**
+   * @param {string} name
+   * @param {URL} address
+   * @param {number | undefined} size
+   * @param {boolean} anew
+   * @param {FilePart} [part]
+   */
+  async answer(name, address, size, anew, part) {
     const watch = new Watch(this.stalledMs, this.signal);
     try {
-      const response = await fetch(address, {signal: watch.signal, cache: anew ? 'reload' : 'default'});
+      const headers = part && {Range: `bytes=${part.from}-${part.from + part.length - 1}`};
+      const response = await fetch(address, {signal: watch.signal, cache: anew ? 'reload' : 'default', headers});
       if (!response.ok) throw refusal(name, response.status);
-      const blob = await body(response, watch);
-      const promised = size ?? lengthOf(response);
+      const all = await body(response, watch);
+      const blob = response.status === 206 ? all : slicePart(all, part);  // some servers send the whole file
+      const promised = part?.length ?? size ?? lengthOf(response);
       if (promised !== null && blob.size !== promised) {
         throw new FetchFailure(name, `${blob.size} of ${promised} bytes came`);
       }
@@ -177,6 +187,9 @@ function refusal(name, status) {
   const final = status >= 400 && status < 500 && !TRIED_AGAIN.includes(status);
   return new FetchFailure(name, `the server says ${status}`, {gone: GONE.includes(status), final});
 }
+
+/** @param {Blob} blob @param {FilePart} [part] */
+export const slicePart = (blob, part) => part ? blob.slice(part.from, part.from + part.length, blob.type) : blob;
 
 /**
  * @template T

@@ -7,7 +7,7 @@ import {viewsOf} from './model.js';
 /** @import {Layout, CellPlace, Scene, TexelForm} from './types.d.ts' */
 
 // Limits of every WebGL 2.
-const MOST_SIDE = 2048;
+const MOST_PAGE_SIDE = 2048;
 const MOST_PAGES = 256;
 export const BLOCK_SIDE = 4;  // texels that are compressed together
 // Pixels along a side of a block of depths (atlas/depth_blocks.h).
@@ -46,7 +46,7 @@ function layoutWith(scene, form, tile, count) {
   const gap = several ? 1 << scene.levels : 0;
   const width = rounded(scaled('width') + gap, unit);
   const height = rounded(scaled('height') + gap, unit);
-  const most = [Math.floor(MOST_SIDE / width), Math.floor(MOST_SIDE / height)];
+  const most = [Math.floor(MOST_PAGE_SIDE / width), Math.floor(MOST_PAGE_SIDE / height)];
   const perPage = Math.ceil(count / MOST_PAGES);
   const columns = Math.max(1, Math.min(most[0], Math.ceil(Math.sqrt(perPage))));
   const rows = Math.max(1, Math.ceil(perPage / columns));
@@ -55,7 +55,7 @@ function layoutWith(scene, form, tile, count) {
   for (let level = 0; level < scene.levels; ++level) texels += (columns * width >> level) * (rows * height >> level);
   return {
     form, scale, tile, count, cell: [width, height], columns, rows, pages, size: [columns * width, rows * height],
-    fits: width <= MOST_SIDE && height <= MOST_SIDE && rows <= most[1],
+    fits: width <= MOST_PAGE_SIDE && height <= MOST_PAGE_SIDE && rows <= most[1],
     bytes: pages * (form.texelBytes * texels +
         DEPTH_BLOCK_BYTES * columns * width * rows * height / (DEPTH_BLOCK_SIDE * DEPTH_BLOCK_SIDE)),
     slotColumns: Math.ceil(columns * width / tile),

@@ -189,8 +189,8 @@ async function main(canvas) {
     console.error(error);
   };
   try {
-    const {live} = document.documentElement.dataset;
-    const options = {memory: wanted > 0 ? wanted : MEMORY_MIB, texels: asked.get('texels') ?? 'auto', live};
+    const {live, model} = document.documentElement.dataset;
+    const options = {memory: wanted > 0 ? wanted : MEMORY_MIB, texels: asked.get('texels') ?? 'auto', live, model};
     const viewer = new Viewer(canvas, {base: document.baseURI, ...options});
     const page = connect(viewer);
     viewer.failed = fail;

@@ -5,14 +5,15 @@ import {BlockCompressor} from './block_compressor.js';
 import {scaledCamera} from './camera.js';
 import {GlObjects} from './gl_objects.js';
 import {DEPTH_BLOCK_SIDE, placeOf, samePlaces, slotOfTile} from './layout.js';
-import {loadMask, loadPhotograph, viewsOf} from './model.js';
+import {MOST_SIDE, loadMask, loadPhotograph, viewsOf} from './model.js';
 import {NO_SLOT, SPARE_UNIT, Table, VIEW_TEXELS, bindTexture, depthScale, makeTexture, viewTable} from './tables.js';
 /** @import {FetchedView, Layout, CellPlace, Scene, Size, TexelForm, View} from './types.d.ts' */
 /** @import {Programs} from './programs.js' */
 /** @import {SiteFiles} from './site_files.js' */
 /** @import {Renderer} from './renderer.js' */
 
-const PICTURE_PIXEL_BYTES = 4 + 2;  // a picture before it is stored, with its mask
+const PICTURE_PIXEL_BYTES = 4 + 1;  // a picture before it is stored, with its mask
+const ALL_VALID = 254;
 const DEPTH_PIXEL_BYTES = 4;        // a depth from which the view's depths are found
 
 export class Photographs {
@@ -81,8 +82,9 @@ export class Photographs {
   /** @param {Scene} scene @param {TexelForm} form @param {number} tiles */
   static bytesBesides(scene, form, tiles) {
     const views = viewsOf(scene);
-    const width = Math.max(...views.map((view) => Math.ceil(view.width)));
-    const height = Math.max(...views.map((view) => Math.ceil(view.height)));
+    const scale = (/** @type {View} */ view) => Math.min(1, MOST_SIDE / Math.max(view.width, view.height));
+    const width = Math.max(...views.map((view) => Math.ceil(view.width * scale(view))));
+    const height = Math.max(...views.map((view) => Math.ceil(view.height * scale(view))));
     const blocks = form.blocks ? BlockCompressor.bytesFor([width, height]) : 0;
     const tables = Table.bytesOf(tiles, true) + Table.bytesOf(VIEW_TEXELS * scene.views.length, false);
     return tables + (PICTURE_PIXEL_BYTES + DEPTH_PIXEL_BYTES) * width * height + blocks;
@@ -101,17 +103,23 @@ export class Photographs {
     gl.pixelStorei(gl.UNPACK_PREMULTIPLY_ALPHA_WEBGL, false);
     gl.pixelStorei(gl.UNPACK_COLORSPACE_CONVERSION_WEBGL, gl.NONE);
     gl.texSubImage2D(gl.TEXTURE_2D, 0, 0, 0, gl.RGBA, gl.UNSIGNED_BYTE, picture);
-    const valid = makeTexture(passing, gl.RG8UI, picture.width, picture.height);
-    gl.texSubImage2D(
-        gl.TEXTURE_2D, 0, 0, 0, picture.width, picture.height, gl.RG_INTEGER, gl.UNSIGNED_BYTE, mask);
+    const valid = makeTexture(passing, gl.R8, picture.width, picture.height);
+    if (mask) {
+      gl.texSubImage2D(gl.TEXTURE_2D, 0, 0, 0, gl.RED, gl.UNSIGNED_BYTE, mask);
+    } else {
+      const all = new Uint8Array(picture.width * picture.height).fill(ALL_VALID);
+      gl.texSubImage2D(gl.TEXTURE_2D, 0, 0, 0, picture.width, picture.height, gl.RED, gl.UNSIGNED_BYTE, all);
+    }
     bindTexture(gl, 'image', gl.TEXTURE_2D, image);
     bindTexture(gl, 'mask', gl.TEXTURE_2D, valid);
     renderer.setState();
-    this.storeLevels(place);
-    this.drawDepths(place, view, renderer);
+    const pixels = picture.width / view.width / this.layout.scale;  // of the picture in a texel, along a side
+    this.storeLevels(place, pixels);
+    this.drawDepths(place, view, renderer, pixels);
     renderer.noteBytes(PICTURE_PIXEL_BYTES * picture.width * picture.height + (this.compressor?.bytes ?? 0));
     passing.release();
     picture.close();
+    mask?.close();
     this.fill(slot);
     this.tileSlots.store(this.slots, 1);
   }
@@ -136,15 +144,15 @@ export class Photographs {
   }
 
   // Means over what a texel covers, in the page and at each of its coarser levels.
-  /** @param {CellPlace} place */
-  storeLevels(place) {
+  /** @param {CellPlace} place @param {number} inTexel */
+  storeLevels(place, inTexel) {
     const {gl, layout, scene} = this;
     if (layout.form.blocks) this.compressor ??= new BlockCompressor(gl, this.programs, layout.form, layout.cell);
     for (let level = 0; level < scene.levels; ++level) {
       const [x, y, width, height] = [place.x, place.y, ...layout.cell].map((v) => v >> level);
       /** @type {Size} */
       const size = [width, height];
-      const pixels = 2 ** level / layout.scale;
+      const pixels = 2 ** level * inTexel;
       if (this.compressor) {
         const at = {x, y, page: place.page};
         this.compressor.store(this.colours, level, at, size, pixels);
@@ -175,8 +183,8 @@ export class Photographs {
   }
 
   // The surface as the view's camera sees it, whose depths become blocks.
-  /** @param {CellPlace} place @param {View} view @param {Renderer} renderer */
-  drawDepths(place, view, renderer) {
+  /** @param {CellPlace} place @param {View} view @param {Renderer} renderer @param {number} inPixel */
+  drawDepths(place, view, renderer, inPixel) {
     const {gl, layout, scene} = this;
     const camera = scaledCamera(view, layout.scale);
     const seen = renderer.drawViewDepths(camera);
@@ -189,7 +197,7 @@ export class Photographs {
     gl.uniform2i(program.uniform('origin'), x, y);
     gl.uniform2i(program.uniform('size'), camera.width, camera.height);
     gl.uniform1f(program.uniform('nearest'), depthScale(view) / scene.near_depth);
-    gl.uniform1f(program.uniform('pixels'), 1 / layout.scale);
+    gl.uniform1f(program.uniform('pixels'), inPixel);
     gl.drawArrays(gl.TRIANGLES, 0, 3);
   }
 

@@ -7,12 +7,12 @@ import {nearbyExposure} from './exposure.js';
 import {Glances, MOST_GLANCE_BYTES} from './glances.js';
 import {GlObjects, Targets} from './gl_objects.js';
 import {Programs} from './programs.js';
+import {CELLS_OF_SHADER} from './surface.js';
 import {Table, bindTexture, makeTexture} from './tables.js';
 /** @import {Photographs} from './photographs.js' */
 /** @import {PictureTarget, Sized, SurfaceTarget} from './gl_objects.js' */
 /** @import {Camera, Mesh, Mode, Scene, Shaders, Size, Tables, Vector} from './types.d.ts' */
 
-const CELLS_OF_SHADER = [1, 2, 4];  // kCellsOfShader of blend/tables/zone_mesh.h
 const SAMPLED = 4;                  // in the stencil: pixels that are means over samples
 const NOTHING = 0xFFFFFFFF;
 const BLOCK_BYTES = 192;

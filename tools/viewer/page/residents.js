@@ -167,7 +167,11 @@ export class Residents {
     const {slot} = view;
     const described = scene.views[slot];
     const next = scene === viewer.scene ? this.roomFor(slot) : null;
-    if (!next || !described) return view.picture.close();
+    if (!next || !described) {
+      view.picture.close();
+      view.mask?.close();
+      return;
+    }
     this.photographs.store(view, renderer, next.instead);
     if (next.instead !== undefined) this.fresh.delete(next.instead);
     this.fresh.set(slot, contentOf(described));

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The site's files: beside the page on a server, or inside of it (site.cpp, write_one_page).
-import {Fetching, decoded} from './fetching.js';
+// The site's files: beside the page on a server, or inside of it (site.cpp, write_one_page). A name that ends in
+// "#FROM+LENGTH" is of these bytes of a file.
+import {Fetching, decoded, slicePart} from './fetching.js';
 /** @import {NetworkOptions} from './types.d.ts' */
 
 export class SiteFiles {
@@ -27,9 +28,11 @@ export class SiteFiles {
    * @returns {Promise<T>}
    */
   async read(name, decode, anew = false) {
-    const element = this.inside.get(name);
-    if (element) return decoded(name, blobOf(element), decode);
-    return this.fetching.get(name, new URL(name, this.base), this.sizes[name], decode, anew);
+    const [, file, from, length] = /^([^#]*)(?:#(\d+)\+(\d+))?$/.exec(name) ?? [name, name];
+    const element = this.inside.get(file);
+    const part = from === undefined ? undefined : {from: Number(from), length: Number(length)};
+    if (element) return decoded(name, slicePart(blobOf(element), part), decode);
+    return this.fetching.get(name, new URL(file, this.base), this.sizes[name], decode, anew, part);
   }
 
   /**
@@ -37,8 +40,8 @@ export class SiteFiles {
    * @param {string} name
    * @param {(bytes: Uint8Array<ArrayBuffer>) => Promise<T>} decode
    */
-  array(name, decode) {
-    return this.read(name, async (blob) => decode(new Uint8Array(await blob.arrayBuffer())));
+  array(name, decode, anew = false) {
+    return this.read(name, async (blob) => decode(new Uint8Array(await blob.arrayBuffer())), anew);
   }
 
   /** @param {string} name */
@@ -49,10 +52,21 @@ export class SiteFiles {
   // In an <img>; a file inside of a page by a data address, which needs no memory of its own until it is shown.
   /** @param {HTMLImageElement} image @param {string} name */
   show(image, name) {
+    if (name.includes('#')) {
+      this.showPart(image, name).catch(() => {});  // it stays without a picture
+      return;
+    }
     const element = this.inside.get(name);
     this.fetching.show(
         image,
         element ? `data:${element.dataset.type};base64,${element.textContent}` : new URL(name, this.base).href);
+  }
+
+  /** @param {HTMLImageElement} image @param {string} name */
+  async showPart(image, name) {
+    const address = URL.createObjectURL(await this.read(name, async (blob) => blob));
+    image.addEventListener('load', () => URL.revokeObjectURL(address), {once: true});
+    image.src = address;
   }
 }
 

@@ -22,35 +22,130 @@ export interface Camera {
   translation: Vector;
 }
 
-// A stored view as the manifest describes it; the three names are of files of the site.
+// A stored view; the three names are of files, or of parts of one.
 export interface View extends Camera {
   name: string;
   photograph: string;
-  mask: string;
+  mask: string | null;
   thumbnail: string;
   gain: Vector;
   depth: number;
 }
 
-export type Coding = 'plain' | 'difference' | 'corners';
+// A part of a file.
+export interface FilePart {
+  from: number;
+  length: number;
+}
 
-export interface PackedArray {
+// What the page reads of glTF 2.0.
+export interface GltfView {
+  buffer: number;
+  byteOffset?: number;
+  byteLength: number;
+  extensions?: {
+    EXT_meshopt_compression?: {
+      buffer: number;
+      byteOffset?: number;
+      byteLength: number;
+      byteStride: number;
+      count: number;
+      mode: string;
+      filter?: string;
+    };
+  };
+}
+
+export interface GltfPrimitive {
+  attributes: Record<string, number>;
+  indices: number;
+}
+
+export interface GltfJson {
+  accessors?: {
+    bufferView?: number;
+    byteOffset?: number;
+    componentType: number;
+    count: number;
+    type: string;
+    min?: number[];
+    max?: number[];
+  }[];
+  bufferViews?: GltfView[];
+  buffers?: {uri?: string}[];
+  images?: {uri?: string, bufferView?: number}[];
+  meshes?: {primitives: GltfPrimitive[]}[];
+  extensions?: {LUMATLAS_lumigraph?: SurfaceProperties};
+}
+
+// atlas/LUMATLAS_lumigraph.schema.json: the properties of a surface, whose numbers are of accessors.
+export interface SurfaceProperties {
+  cellSeen: number;
+  referenceOffsets: number;
+  references?: number;
+  cellDeviation?: number;
+  resident?: number;
+  zoneCells?: number;
+  vertexCopies?: number;
+  far?: {mesh: number, cells: number};
+  coarse?: number;
+}
+
+export interface ViewProperties {
   name: string;
-  components: number;
-  entries: number;
-  coding: Coding;
-  bytes: number;
+  width: number;
+  height: number;
+  focalLength: [number, number];
+  principalPoint: [number, number];
+  rotation: Rotation;
+  translation: Vector;
+  gain: Vector;
+  depth?: number;
+  image: number;
+  mask?: number;
+  thumbnail?: number;
 }
 
-export interface PackedFile {
+// The properties of a whole model. A view is null where the slot of a model that changes is free.
+export interface ModelProperties {
+  version: number;
+  texels?: string;
+  tiles?: {size: number, gutter: number};
+  up?: Vector;
+  firstView?: number;
+  depthBeforeFar?: number;
+  poster?: number;
+  images?: {uri: string, byteLength: number}[];
+  views?: (ViewProperties | null)[];
+}
+
+export interface Tile {
+  boundingVolume: {box: number[]};
+  content: {uri: string, extras?: {byteLength: number}};
+  children?: Tile[];
+}
+
+export interface Tileset {
+  root: Tile;
+  extensions?: {LUMATLAS_lumigraph?: ModelProperties};
+}
+
+// What a mesh is read from.
+export interface MeshSource {
+  coarse: number | null;
+  kept: boolean;
+  mesh(): Promise<Mesh>;
+  colors(): Promise<Uint8Array<ArrayBuffer>>;
+  tables(scene: Scene): Promise<Tables>;
+  release(): Promise<void>;
+}
+
+// The files that hold a surface's mesh, its colours and its tables, which may be one.
+export interface MeshFile {
   file: string;
-  arrays: PackedArray[];
-}
-
-export interface MeshFile extends PackedFile {
-  corner_counts: number[];
-  origin: Vector;
-  step: number;
+  colors: string;
+  tables: string;
+  source: MeshSource;
 }
 
 // blend/blend_options.h
@@ -71,16 +166,12 @@ export interface BlendSettings {
   occlusion_tolerance: number;
 }
 
-// The manifest of a site, scene.json; site.cpp writes it.
+// A model as the page draws it; model.js makes it of the model's files.
 export interface Scene {
-  format: number;
-  title: string;
   version: number | null;  // the version of a model that changes
   blend: BlendSettings;
   mesh: MeshFile;
   coarse: MeshFile | null;
-  tables: PackedFile;
-  colors: PackedFile | null;
   tile: number;
   levels: number;
   cubic_levels: number;
@@ -91,7 +182,6 @@ export interface Scene {
   photographed: {cosine: number; enlargement: number; share: number};
   first_view: number;
   poster: string | null;
-  bytes?: Record<string, number>;  // sizes of files by name; for a model that changes, of those that are new in this version
   views: (View | null)[];  // one per view slot
 }
 
@@ -104,6 +194,8 @@ export interface LiveState {
 export interface Shaders {
   definitions: string;
   sources: Record<string, string>;
+  blend: BlendSettings;
+  photographed: {cosine: number; enlargement: number; share: number};
 }
 
 // A mesh as the renderer takes it.
@@ -127,7 +219,7 @@ export interface Tables {
 export interface FetchedView {
   slot: number;
   picture: ImageBitmap;
-  mask: Uint8Array<ArrayBuffer>;
+  mask: ImageBitmap | null;  // null: all of it is valid
 }
 
 // How the GPU holds texels of photographs; see photograph_forms.js.
@@ -186,6 +278,7 @@ export interface ViewerOptions {
   base: string;              // address of the folder that the site's files are in
   memory: number;            // MiB that may be used on the GPU
   texels: string;            // see texelForm()
+  model?: string;            // the model's file: tileset.json, or a .glb
   live?: string;             // file that says which version of a changing model there is
   network?: NetworkOptions;
   signal?: AbortSignal;      // ends the viewer

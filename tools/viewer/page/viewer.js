@@ -39,6 +39,13 @@ const FIELD_OF_VIEW = 50;   // degrees
 /** @param {number} ms */
 const sleep = (ms) => new Promise((resolve) => setTimeout(resolve, ms));
 
+// What tells one version of a model from another.
+/** @param {Scene} scene */
+function contentOfScene(scene) {
+  const {file, colors, tables} = scene.mesh;
+  return JSON.stringify({...scene, coarse: scene.coarse?.file, mesh: [file, colors, tables]});
+}
+
 export class Viewer {
   /** @param {HTMLCanvasElement} canvas @param {ViewerOptions} options */
   constructor(canvas, options) {
@@ -52,6 +59,7 @@ export class Viewer {
     this.losses = new Losses((line) => this.missing(line));
     this.memory = options.memory;
     this.live = options.live;
+    this.file = options.model ?? 'tileset.json';
     this.texels = options.texels;
     this.sizes = new PictureSizes(canvas);
     /** @type {Mode} */
@@ -154,10 +162,14 @@ export class Viewer {
   // Resolves when the manifest and the shaders are there, for which it asks until it has them.
   async open() {
     const {live} = this;
-    while (live && (await this.insist('scene', () => this.liveState(live))).version === 0) await sleep(ASK_AGAIN_MS);
-    const [scene, shaders] = await Promise.all([
-      this.insist('scene', () => loadScene(this.files)), this.insist('scene', () => loadShaders(this.files)),
-    ]);
+    let version = null;
+    if (live) {
+      const state = () => this.insist('scene', () => this.liveState(live));
+      while ((version = (await state()).version) === 0) await sleep(ASK_AGAIN_MS);
+    }
+    const shaders = await this.insist('scene', () => loadShaders(this.files));
+    const scene = await this.insist('scene', () => loadScene(this.files, this.file, shaders));
+    scene.version = version;
     const navigation = new Navigation(scene);
     this.model = {scene, shaders, navigation};
     this.renders = new Renderer(this.gl, scene, shaders);
@@ -278,7 +290,7 @@ export class Viewer {
   /** @param {LossPart} part @param {MeshFile} mesh */
   async loadMesh(part, mesh) {
     const {renderer} = this;
-    const loaded = await this.attempt(part, () => loadMesh(this.files, mesh));
+    const loaded = await this.attempt(part, () => loadMesh(mesh));
     this.expect(renderer);
     if (!loaded) return;
     this.takeMesh(loaded, mesh.file);
@@ -295,9 +307,17 @@ export class Viewer {
 
   // The site may have been written anew: the files of the version that this page knows are then gone.
   async takeNewest() {
-    const scene = await this.attempt('version', () => loadScene(this.files, true));
-    if (!scene || JSON.stringify(scene) === JSON.stringify(this.scene)) return;
+    const scene = await this.newScene(true);
+    if (!scene || contentOfScene(scene) === contentOfScene(this.scene)) return;
     if (await this.follow(scene)) this.followed();
+  }
+
+  // Returns the model as the server has it now; null: it cannot be had.
+  /** @param {boolean} anew @returns {Promise<Scene | null>} */
+  async newScene(anew) {
+    const scene = await this.attempt('version', () => loadScene(this.files, this.file, this.opened.shaders, anew));
+    if (scene) scene.version = this.scene.version;
+    return scene;
   }
 
   // Another version of the scene in place of this one; what is as it was is not fetched again. False: it cannot be had,
@@ -306,7 +326,7 @@ export class Viewer {
   async follow(scene) {
     const {renderer} = this;
     const mesh = this.meshFile === scene.mesh.file ? null :
-        await this.attempt('version', () => loadMesh(this.files, scene.mesh));
+        await this.attempt('version', () => loadMesh(scene.mesh));
     this.expect(renderer);
     if (!mesh && this.meshFile !== scene.mesh.file) return false;
     if (!await this.takeTables(scene, mesh, 'version')) return false;
@@ -318,11 +338,12 @@ export class Viewer {
   // it was in before is there already. False: something cannot be had.
   /** @param {Scene} scene @param {Mesh | null} mesh @param {LossPart} part */
   async takeTables(scene, mesh = null, part = 'tables') {
-    const {files, renderer, taken} = this;
-    const isNew = (/** @type {'tables' | 'colors'} */ name) =>
-        mesh || !taken || scene[name]?.file !== taken[name]?.file;
+    const {renderer, taken} = this;
+    // A mesh brings its colours.
+    const newTables = mesh || !taken || scene.mesh.tables !== taken.mesh.tables;
+    const newColors = !mesh && taken && scene.mesh.colors !== taken.mesh.colors;
     const loaded = await this.attempt(part, () => Promise.all([
-      isNew('tables') ? loadTables(files, scene) : null, isNew('colors') ? loadColors(files, scene) : null,
+      newTables ? loadTables(scene) : null, newColors ? loadColors(scene) : null,
     ]));
     this.expect(renderer);
     if (!loaded) return false;
@@ -371,7 +392,8 @@ export class Viewer {
         continue;
       }
       try {
-        const scene = await this.attempt('version', () => loadScene(this.files));
+        const scene = await this.newScene(false);
+        if (scene) scene.version = state.version;
         if (scene && await this.follow(scene)) this.followed();
       } catch (error) {
         if (!this.isOfLostGpu(error)) throw error;

@@ -6,7 +6,7 @@ precision highp sampler2D;
 precision highp usampler2D;
 
 uniform sampler2D seen_depths;  // depth of the nearest surface over that of the seen one, 0: nothing; first row below
-uniform usampler2D mask;      // validity; 1 at rims
+uniform sampler2D mask;       // twice the validity in 7 bits, and 1 more at rims
 uniform ivec2 origin;         // the view's in the page, blocks
 uniform ivec2 size;           // the view's, pixels
 uniform float nearest;        // the unit of depths over the depth of the nearest surface
@@ -43,8 +43,11 @@ vec2 place_of(int number) {
   return vec2(number % kSide, number / kSide) - 0.5 * float(kSide - 1);
 }
 
-uvec2 mask_at(ivec2 pixel) {
-  return texelFetch(mask, min(ivec2((vec2(pixel) + 0.5) * pixels), textureSize(mask, 0) - 1), 0).xy;
+// Its validity, and 1 at a rim.
+ivec2 mask_at(ivec2 pixel) {
+  float grey = texelFetch(mask, min(ivec2((vec2(pixel) + 0.5) * pixels), textureSize(mask, 0) - 1), 0).x;
+  int value = int(grey * 255.0 + 0.5);
+  return ivec2(value >> 1, value & 1);
 }
 
 // Which pixels have a neighbour that is valid, or are it.
@@ -56,7 +59,7 @@ uvec2 may_be_asked(ivec2 first) {
     for (int x = -1; x <= kSide; ++x) {
       ivec2 at = first + ivec2(x, y);
       bool inside = all(greaterThanEqual(at, ivec2(0))) && all(lessThan(at, size));
-      if (inside && mask_at(at).x != 0u) row |= 7u << (x + 1);
+      if (inside && mask_at(at).x != 0) row |= 7u << (x + 1);
     }
     uint near = (above | here | row) >> 2 & 255u;
     if (y > 0 && y <= kSide / 2) asked.x |= near << kSide * (y - 1);
@@ -78,7 +81,7 @@ void read_pixels(ivec2 first) {
     if (!(seen_depth > 0.0)) continue;
     reciprocals[number] = nearest * seen_depth;
     seen = with_bit(seen, number, true);
-    rims = with_bit(rims, number, mask_at(at).y != 0u);
+    rims = with_bit(rims, number, mask_at(at).y != 0);
   }
   kept = seen & may_be_asked(first);
   if (kept == uvec2(0u)) kept = seen;

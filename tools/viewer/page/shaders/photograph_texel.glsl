@@ -1,7 +1,7 @@
 // A texel of a stored photograph, at one of its levels: the mean over the area that it covers, in linear light and by
 // validity, as atlas/images/image_levels.cpp and tools/viewer/scaled_view.cpp have it.
 uniform sampler2D image;  // sRGB as it is in the file, first row above
-uniform usampler2D mask;  // validity, 0 to 255; 1 at rims
+uniform sampler2D mask;   // twice the validity in 7 bits, and 1 more at rims
 uniform float pixels;     // pixels of the photograph in a texel, along a side
 
 vec3 linear_from_srgb(vec3 c) {
@@ -22,7 +22,7 @@ vec4 photograph_texel(ivec2 place) {
       ivec2 at = min(ivec2(x, y), size - 1);  // beyond the border its pixels are repeated
       vec4 color = vec4(linear_from_srgb(texelFetch(image, at, 0).rgb), 1.0);
       all += share * color;
-      valid += share * float(texelFetch(mask, at, 0).x) / 255.0 * color;
+      valid += share * float(int(texelFetch(mask, at, 0).x * 255.0 + 0.5) >> 1) / 127.0 * color;
     }
   }
   return vec4((valid.w > 0.0 ? valid.rgb / valid.w : all.rgb / all.w), valid.w / all.w);

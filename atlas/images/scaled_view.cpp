@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "tools/viewer/scaled_view.h"
+#include "atlas/images/scaled_view.h"
 
 #include <tbb/parallel_for.h>
 

@@ -1,0 +1,61 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "atlas/model/coarse_surface.h"
+
+#include <meshoptimizer.h>
+
+#include <algorithm>
+#include <limits>
+#include <vector>
+
+#include "mesh/repair/joined_faces.h"
+#include "mesh/repair/simplification.h"
+
+namespace lumatlas {
+
+namespace {
+
+constexpr double kMostError = 0.02;  // share of the mesh's extent
+
+// The mesh in about `faces` faces; parts that do not hang together may be joined.
+CoarseSurface clustered(const Mesh& mesh, std::size_t faces, double extent) {
+  std::vector<std::uint32_t> all;
+  all.reserve(3 * mesh.faces.size());
+  for (const glm::uvec3& face : mesh.faces) all.insert(all.end(), {face.x, face.y, face.z});
+  std::vector<std::uint32_t> corners(all.size());
+  float error = 0;  // share of the mesh's extent
+  corners.resize(meshopt_simplifySloppy(corners.data(), all.data(), all.size(), &mesh.positions[0].x,
+                                        mesh.positions.size(), sizeof(glm::vec3), 3 * faces,
+                                        static_cast<float>(kMostError), &error));
+  constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
+  std::vector<std::uint32_t> number(mesh.positions.size(), kNone);
+  CoarseSurface result;
+  result.error = error * extent;
+  for (std::uint32_t& corner : corners) {
+    if (number[corner] == kNone) {
+      number[corner] = static_cast<std::uint32_t>(result.mesh.positions.size());
+      result.mesh.positions.push_back(mesh.positions[corner]);
+      result.mesh.colors.push_back(mesh.colors[corner]);
+    }
+    corner = number[corner];
+  }
+  for (std::size_t i = 0; i < corners.size(); i += 3) {
+    result.mesh.faces.emplace_back(corners[i], corners[i + 1], corners[i + 2]);
+  }
+  return result;
+}
+
+}  // namespace
+
+CoarseSurface coarse_surface(const Mesh& mesh, std::span<const glm::u8vec3> colors, std::size_t faces) {
+  if (mesh.faces.size() <= 2 * faces) return {};
+  // Where vertices are split, as at the borders of cells, the surface has no border.
+  const Mesh colored{mesh.positions, {colors.begin(), colors.end()}, joined_faces(mesh)};
+  const Bounds box = bounds(mesh);
+  const double extent = std::max({box.max.x - box.min.x, box.max.y - box.min.y, box.max.z - box.min.z});
+  SimplifiedMesh few = simplified(colored, {kMostError * extent, faces});
+  // A surface in many small pieces, or with many borders, has edges that may not go.
+  if (few.mesh.faces.size() > 2 * faces) return clustered(colored, faces, extent);
+  return {std::move(few.mesh), few.distance};
+}
+
+}  // namespace lumatlas

@@ -1,0 +1,210 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "atlas/model/live_form.h"
+
+#include <algorithm>
+#include <stdexcept>
+#include <utility>
+
+#include "atlas/model/gltf_cameras.h"
+#include "atlas/model/model_document.h"
+
+namespace lumatlas {
+
+namespace {
+
+using nlohmann::json;
+using Clock = std::chrono::steady_clock;
+
+// A view that was written, and its files: the objects of the tileset's "images".
+struct WrittenView {
+  std::shared_ptr<const StoredView> view;
+  json photograph, mask, thumbnail;
+
+  [[nodiscard]] bool is_known() const { return !photograph.is_null(); }
+};
+
+}  // namespace
+
+struct LiveForm::State {
+  std::shared_ptr<const Surface> surface;
+  std::shared_ptr<const WrittenSurface> written;
+  std::vector<WrittenView> views;  // one per view slot
+};
+
+namespace {
+
+bool shows_the_same(const ViewMask& a, const ViewMask& b) {
+  return &a == &b || (a.validity == b.validity && a.rim == b.rim);
+}
+
+class VersionWriter {
+ public:
+  VersionWriter(const Snapshot& snapshot, const ImageCoding& photographs, const PutFormFile& put, const Tick& tick,
+                std::vector<WrittenView>& views)
+      : snapshot_(snapshot), photographs_(photographs), put_(put), tick_(tick), views_(views) {}
+
+  // Writes the views that changed, as long as there is time.
+  void write_views(std::chrono::seconds time) {
+    const auto until = Clock::now() + time;
+    bool has_more = false;  // than the version before
+    views_.resize(snapshot_.views.size());
+    for (std::uint32_t slot = 0; slot < views_.size(); ++slot) {
+      step();
+      const bool changed = snapshot_.views[slot] != views_[slot].view;
+      if (changed && snapshot_.views[slot] && has_more && Clock::now() > until) {
+        version_.complete = false;
+        continue;
+      }
+      has_more = has_more || (changed && snapshot_.views[slot]);
+      if (changed) write_view(slot);
+    }
+  }
+
+  FormVersion finish(const WrittenSurface& written) {
+    json properties = view_list();
+    const TileContent surface = put_surface(written);
+    version_.tileset = tileset_json(snapshot_, surface, {}, std::move(properties)).dump() + "\n";
+    return std::move(version_);
+  }
+
+ private:
+  void step() const {
+    if (tick_) tick_();
+  }
+  // Returns whether the view is shown: it is there, and was written in some version.
+  [[nodiscard]] bool is_shown(std::size_t slot) const { return snapshot_.views[slot] && views_[slot].is_known(); }
+
+  [[nodiscard]] json put_image(ModelImageKind kind, FormPart part, std::uint32_t slot, const char* suffix,
+                               const std::string& ending, const ImageCoding& coding) const {
+    const ModelImage image{kind, slot, {numbered_image(slot) + suffix, ending}, coding};
+    const std::vector<std::uint8_t> file = encoded(image, snapshot_);
+    const std::string name = put_({image.name.stem, ending, mime_type(coding.format), part, file});
+    return {{"uri", name}, {"byteLength", file.size()}};
+  }
+
+  void write_view(std::uint32_t slot) {
+    WrittenView& known = views_[slot];
+    const std::shared_ptr<const StoredView> before = std::exchange(known.view, snapshot_.views[slot]);
+    if (!known.view) return;
+    const StoredView& now = *known.view;
+    const bool same =
+        before && (before->photograph == now.photograph || before->photograph->rgb == now.photograph->rgb);
+    if (!same || !known.is_known()) {
+      const ImageCoding small{ImageFormat::jpeg, 80};
+      known.photograph = put_image(ModelImageKind::photograph, FormPart::photograph, slot, "",
+                                   ending(photographs_.format), photographs_);
+      known.thumbnail = put_image(ModelImageKind::thumbnail, FormPart::thumbnail, slot, "-small", ".jpg", small);
+    }
+    if (!same || known.mask.is_null() || !shows_the_same(*before->mask, *now.mask)) {
+      known.mask = put_image(ModelImageKind::mask, FormPart::mask, slot, "-mask", ".png", {});
+    }
+  }
+
+  [[nodiscard]] json view_list() {
+    std::vector<std::uint8_t> shown;
+    for (std::size_t slot = 0; slot < views_.size(); ++slot) shown.push_back(is_shown(slot) ? 1 : 0);
+    json properties = model_properties(snapshot_, {}, first_view_slot(snapshot_, shown));
+    json images = json::array(), views = json::array();
+    const auto add = [&](const json& image) {
+      version_.names.push_back(image["uri"]);
+      images.push_back(image);
+      return images.size() - 1;
+    };
+    for (std::size_t slot = 0; slot < views_.size(); ++slot) {
+      if (!shown[slot]) {
+        views.push_back(nullptr);
+        continue;
+      }
+      json view = view_properties(*snapshot_.views[slot], snapshot_.gains[slot], *snapshot_.surface);
+      view["image"] = add(views_[slot].photograph);
+      view["mask"] = add(views_[slot].mask);
+      view["thumbnail"] = add(views_[slot].thumbnail);
+      views.push_back(std::move(view));
+    }
+    properties["images"] = std::move(images);
+    properties["views"] = std::move(views);
+    return properties;
+  }
+
+  // By the views' slots. Tiles are those of the views that are shown.
+  [[nodiscard]] ViewTables tables() const {
+    ViewTables tables{snapshot_.references.views, {}};
+    const TileTable& tiles = snapshot_.tiles;
+    for (std::size_t slot = 0; !tiles.whole_views() && slot < views_.size(); ++slot) {
+      if (!is_shown(slot)) continue;
+      for (std::uint32_t tile = tiles.first_tile[slot]; tile < tiles.first_tile[slot + 1]; ++tile) {
+        tables.resident.push_back(tiles.slots[tile] == kNotResident ? 0 : 1);
+      }
+    }
+    return tables;
+  }
+
+  std::string put_named(const std::string& stem, const char* ending, const char* type,
+                        std::span<const std::uint8_t> bytes) {
+    version_.names.push_back(put_({stem, ending, type, FormPart::surface, bytes}));
+    return version_.names.back();
+  }
+
+  TileContent put_surface(const WrittenSurface& written) {
+    GltfBuilder gltf(false);
+    SurfaceForm form;
+    form.apart = true;
+    json properties = add_surface(gltf, snapshot_, written, tables(), form);
+    add_scene(gltf.document(), gltf_from_scene(snapshot_));
+    set_lumigraph(gltf.document(), std::move(properties));
+    std::vector<std::string> uris;
+    for (const char* stem : {"mesh", "colors", "tables"}) {
+      uris.push_back(put_named(stem, ".bin", "application/octet-stream", gltf.buffers()[uris.size()]));
+      step();
+    }
+    gltf.finish(uris);
+    const std::string text = gltf.document().dump();
+    const std::span bytes(reinterpret_cast<const std::uint8_t*>(text.data()), text.size());
+    return {put_named("surface", ".gltf", "model/gltf+json", bytes), text.size(), 0};
+  }
+
+  const Snapshot& snapshot_;
+  const ImageCoding& photographs_;
+  const PutFormFile& put_;
+  const Tick& tick_;
+  std::vector<WrittenView>& views_;
+  FormVersion version_;
+};
+
+}  // namespace
+
+LiveForm::LiveForm(const ImageCoding& photographs, SharesOf shares_of)
+    : photographs_(photographs), shares_of_(std::move(shares_of)), state_(std::make_shared<const State>()) {}
+
+LiveForm::~LiveForm() = default;
+
+FormVersion LiveForm::write(const Snapshot& snapshot, std::chrono::seconds time_for_views, const PutFormFile& put,
+                            const Tick& tick) {
+  check(snapshot);
+  if (std::none_of(snapshot.views.begin(), snapshot.views.end(), [](const auto& view) { return view != nullptr; })) {
+    throw std::invalid_argument("live form: the model holds no view");
+  }
+  auto next = std::make_shared<State>(*state_);
+  const bool same = next->surface && same_mesh(*next->surface, *snapshot.surface);
+  next->surface = snapshot.surface;
+  // Cells that refer to the same views are not joined, so that the mesh stays as it is when these change.
+  if (!same) {
+    const CellShares shares = shares_of_(*snapshot.surface);
+    if (tick) tick();
+    next->written =
+        std::make_shared<const WrittenSurface>(written_surface(*snapshot.surface, &shares, nullptr, std::nullopt));
+  }
+  if (tick) tick();
+  VersionWriter writer(snapshot, photographs_, put, tick, next->views);
+  writer.write_views(time_for_views);
+  FormVersion version = writer.finish(*next->written);
+  state_ = std::move(next);
+  return version;
+}
+
+bool same_mesh(const Surface& a, const Surface& b) {
+  return &a == &b || (a.mesh.positions == b.mesh.positions && a.mesh.faces == b.mesh.faces && a.offset == b.offset &&
+                      a.cells.cell_of_face == b.cells.cell_of_face && a.cells.size == b.cells.size);
+}
+
+}  // namespace lumatlas

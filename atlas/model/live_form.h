@@ -1,0 +1,51 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The files of a model that changes, version after version: only what is new is made, and what is as it was keeps its
+// name.
+#pragma once
+
+#include <chrono>
+#include <functional>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "atlas/model/model_form.h"
+
+namespace lumatlas {
+
+// One version of a model: tileset.json, and the names of all other files.
+struct FormVersion {
+  std::string tileset;
+  std::vector<std::string> names;
+  bool complete = true;  // false: there was no time for some views, which are as they were before
+};
+
+class LiveForm {
+ public:
+  // Returns how the cells of a surface fade into each other. It is asked once for each surface.
+  using SharesOf = std::function<CellShares(const Surface& surface)>;
+
+  LiveForm(const ImageCoding& photographs, SharesOf shares_of);
+  ~LiveForm();
+  LiveForm(const LiveForm&) = delete;
+  LiveForm& operator=(const LiveForm&) = delete;
+
+  // Passes the version's files to `put`, those that are as they were too if making them takes no time. The surface is
+  // a .gltf whose mesh, colours and tables are files of their own. Views have the numbers of their slots: null where a
+  // slot is free, or a view has not been written yet. Views that changed are written for `time_for_views`, at least one
+  // more than the version before had. Throws std::invalid_argument unless the snapshot passes check() and holds a view,
+  // and what `tick` throws, which is called many times; the next version is then made as if this one had not been.
+  FormVersion write(const Snapshot& snapshot, std::chrono::seconds time_for_views, const PutFormFile& put,
+                    const Tick& tick = {});
+
+ private:
+  struct State;
+  ImageCoding photographs_;
+  SharesOf shares_of_;
+  std::shared_ptr<const State> state_;  // what was written last
+};
+
+// Returns whether one surface's mesh, cut into cells, is the other's.
+[[nodiscard]] bool same_mesh(const Surface& a, const Surface& b);
+
+}  // namespace lumatlas

@@ -1,0 +1,327 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// 3D Tiles 1.1, sections 6.7.1.6 (y is up in glTF, z in tiles) and 6.8 (tileset JSON).
+#include "atlas/model/model_document.h"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/glm.hpp>
+#include <map>
+#include <utility>
+
+#include "atlas/images/srgb.h"
+#include "atlas/model/gltf_cameras.h"
+#include "atlas/model/model_extension.h"
+#include "atlas/model/model_ranges.h"
+#include "mesh/upright.h"
+
+namespace lumatlas {
+
+namespace {
+
+using nlohmann::json;
+
+json json_of(const glm::dvec3& v) {
+  return {v.x, v.y, v.z};
+}
+
+std::vector<Camera> cameras_of(const Snapshot& snapshot) {
+  std::vector<Camera> cameras;
+  for (const auto& view : snapshot.views) {
+    if (view) cameras.push_back(view->camera);
+  }
+  return cameras;
+}
+
+// Returns whether a photograph's rows are within 5 degrees of the horizon, the right way up.
+bool is_level(const Camera& camera, const glm::dvec3& up) {
+  const glm::dvec3 up_in_camera = camera.cam_from_world_rotation * up;  // y down
+  return std::abs(up_in_camera.x) <= std::sin(glm::radians(5.0)) && up_in_camera.y < 0;
+}
+
+const char* property_of(ModelImageKind kind) {
+  switch (kind) {
+    case ModelImageKind::photograph:
+      return "image";
+    case ModelImageKind::lens_mask:
+      return "lensMask";
+    case ModelImageKind::trust_mask:
+      return "trustMask";
+    case ModelImageKind::mask:
+      return "mask";
+    case ModelImageKind::thumbnail:
+      return "thumbnail";
+    case ModelImageKind::poster:
+      break;
+  }
+  return "poster";
+}
+
+// Image number `image`, clamped at its borders and filtered between its levels.
+void add_texture(json& document, int image) {
+  constexpr int kLinear = 9729, kLinearOfLevels = 9987, kClamped = 33071;
+  document["samplers"].push_back(
+      {{"magFilter", kLinear}, {"minFilter", kLinearOfLevels}, {"wrapS", kClamped}, {"wrapT", kClamped}});
+  document["textures"].push_back({{"sampler", 0}, {"source", image}});
+}
+
+// The photographs' light is in the colours already, and rooms are seen from inside. Returns its number.
+int add_unlit_material(json& document, bool textured) {
+  json surface = {{"metallicFactor", 0}};
+  if (textured) surface["baseColorTexture"] = {{"index", 0}};
+  json& materials = document["materials"];
+  materials.push_back({{"pbrMetallicRoughness", std::move(surface)},
+                       {"doubleSided", true},
+                       {"extensions", {{kUnlitExtension, json::object()}}}});
+  if (materials.size() == 1) document["extensionsUsed"].push_back(kUnlitExtension);
+  return static_cast<int>(materials.size()) - 1;
+}
+
+int add_positions(GltfBuilder& gltf, const std::vector<glm::vec3>& positions) {
+  const int number = gltf.add(positions, {kGltfFloat, "VEC3"}, GltfPacking::grid, kGltfVertices);
+  glm::vec3 low = positions.front(), high = positions.front();
+  for (const glm::vec3& p : positions) {
+    low = glm::min(low, p);
+    high = glm::max(high, p);
+  }
+  gltf.accessor(number)["min"] = {low.x, low.y, low.z};
+  gltf.accessor(number)["max"] = {high.x, high.y, high.z};
+  return number;
+}
+
+int add_faces(GltfBuilder& gltf, const std::vector<glm::uvec3>& faces) {
+  return gltf.add(faces, {kGltfWhole, "SCALAR"}, GltfPacking::triangles, kGltfFaces);
+}
+
+int add_normalized(GltfBuilder& gltf, int accessor) {
+  gltf.accessor(accessor)["normalized"] = true;
+  return accessor;
+}
+
+int add_colors(GltfBuilder& gltf, const std::vector<glm::u16vec4>& colors) {
+  return add_normalized(gltf, gltf.add(colors, {kGltfShort, "VEC4"}, GltfPacking::attributes, kGltfVertices));
+}
+
+// A mesh without its colours.
+json primitive_json(GltfBuilder& gltf, const WrittenMesh& mesh, bool textured) {
+  json attributes = {
+      {"POSITION", add_positions(gltf, mesh.positions)},
+      {kCellAttribute, gltf.add(mesh.cells, {kGltfFloat, "SCALAR"}, GltfPacking::attributes, kGltfVertices)}};
+  if (!mesh.zones.empty()) {
+    attributes[kZoneAttribute] = gltf.add(mesh.zones, {kGltfFloat, "SCALAR"}, GltfPacking::attributes, kGltfVertices);
+    attributes[kSharesAttribute] =
+        add_normalized(gltf, gltf.add(mesh.shares, {kGltfByte, "VEC4"}, GltfPacking::attributes, kGltfVertices));
+  }
+  if (textured) {
+    attributes[kPlaceAttribute] =
+        add_normalized(gltf, gltf.add(mesh.places, {kGltfShort, "VEC2"}, GltfPacking::attributes, kGltfVertices));
+  }
+  return {{"mode", 4},
+          {"material", add_unlit_material(gltf.document(), textured)},
+          {"attributes", std::move(attributes)},
+          {"indices", add_faces(gltf, mesh.faces)}};
+}
+
+int add_numbers(GltfBuilder& gltf, const std::vector<float>& numbers) {
+  return gltf.add(numbers, {kGltfFloat, "SCALAR"}, GltfPacking::attributes);
+}
+
+int add_whole_numbers(GltfBuilder& gltf, const std::vector<std::uint32_t>& numbers) {
+  return gltf.add(numbers, {kGltfWhole, "SCALAR"}, GltfPacking::attributes);
+}
+
+int add_flags(GltfBuilder& gltf, const std::vector<std::uint8_t>& flags) {
+  return gltf.add(flags, {kGltfByte, "SCALAR"}, GltfPacking::none);
+}
+
+// glTF has no empty accessors.
+void add_tables(GltfBuilder& gltf, const Snapshot& snapshot, const WrittenSurface& written, const ViewTables& tables,
+                const SurfaceForm& form, json& properties) {
+  properties["cellSeen"] = add_flags(gltf, snapshot.cell_seen);
+  properties["referenceOffsets"] = add_whole_numbers(gltf, snapshot.references.offsets);
+  if (!tables.references.empty()) properties["references"] = add_whole_numbers(gltf, tables.references);
+  if (!snapshot.cell_coverage.empty() && !form.packed) {
+    properties["cellCoverage"] = add_numbers(gltf, snapshot.cell_coverage);
+  }
+  if (!snapshot.cell_deviation.empty()) properties["cellDeviation"] = add_numbers(gltf, snapshot.cell_deviation);
+  if (!tables.resident.empty()) properties["resident"] = add_flags(gltf, tables.resident);
+  if (!written.near.copies.empty()) properties["vertexCopies"] = add_whole_numbers(gltf, written.near.copies);
+  if (!written.zone_cells.empty()) properties["zoneCells"] = add_whole_numbers(gltf, written.zone_cells);
+}
+
+// The box of the mesh as tiles have it, with z upwards: its centre, and half of its axes.
+json box_json(const Mesh& mesh, const glm::dmat3& file_from_scene) {
+  Bounds box;
+  for (const glm::vec3& position : mesh.positions) {
+    const glm::dvec3 p = file_from_scene * glm::dvec3(position);
+    const glm::dvec3 in_tile(p.x, -p.z, p.y);
+    box.min = glm::min(box.min, in_tile);
+    box.max = glm::max(box.max, in_tile);
+  }
+  const glm::dvec3 middle = 0.5 * (box.min + box.max), half = 0.5 * (box.max - box.min);
+  return {middle.x, middle.y, middle.z, half.x, 0, 0, 0, half.y, 0, 0, 0, half.z};
+}
+
+json content_json(const TileContent& content) {
+  return {{"uri", content.uri}, {"extras", {{"byteLength", content.bytes}}}};
+}
+
+}  // namespace
+
+std::uint32_t first_view_slot(const Snapshot& snapshot, const std::vector<std::uint8_t>& shown) {
+  std::vector<std::size_t> cells(snapshot.views.size(), 0);
+  for (const std::uint32_t slot : snapshot.references.views) ++cells[slot];
+  const glm::dvec3 up = upward(cameras_of(snapshot));
+  std::size_t best = cells.size();
+  std::pair<bool, std::size_t> most;
+  for (std::size_t slot = 0; slot < cells.size(); ++slot) {
+    if (!shown[slot]) continue;
+    const std::pair shows(is_level(snapshot.views[slot]->camera, up), cells[slot]);
+    if (best < cells.size() && shows <= most) continue;
+    best = slot;
+    most = shows;
+  }
+  return static_cast<std::uint32_t>(best);
+}
+
+json model_properties(const Snapshot& snapshot, const ValidityOptions& validity, std::uint32_t first_view) {
+  const TileOptions& tiles = snapshot.tiles.options;
+  json properties = {{"version", kLumigraphVersion},
+                     {"validity",
+                      {{"depthEdge", validity.depth_edge},
+                       {"edgeRadius", validity.edge_radius_px},
+                       {"fade", validity.fade_px},
+                       {"edges", name_of(validity.edges)}}},
+                     {"texels", std::string(name_of(tiles.texels))}};
+  if (!snapshot.tiles.whole_views()) properties["tiles"] = {{"size", tiles.tile_px}, {"gutter", tiles.gutter_px}};
+  if (snapshot.surface->far_faces > 0) properties["depthBeforeFar"] = depth_before_far(*snapshot.surface);
+  const std::vector<Camera> cameras = cameras_of(snapshot);
+  if (cameras.empty()) return properties;
+  properties["up"] = json_of(upward(cameras));
+  properties["firstView"] = first_view;
+  return properties;
+}
+
+json view_properties(const StoredView& view, const glm::dvec3& gain, const Surface& surface) {
+  const Camera& camera = view.camera;
+  json rotation = json::array();
+  for (int row = 0; row < 3; ++row) {
+    for (int column = 0; column < 3; ++column) rotation.push_back(camera.cam_from_world_rotation[column][row]);
+  }
+  return {{"name", unicode_name(view.name)},
+          {"width", camera.width},
+          {"height", camera.height},
+          {"focalLength", {camera.fx, camera.fy}},
+          {"principalPoint", {camera.cx, camera.cy}},
+          {"rotation", std::move(rotation)},
+          {"translation", json_of(camera.cam_from_world_translation)},
+          {"gain", json_of(gain)},
+          {"depth", median_depth(view, depth_before_far(surface))}};
+}
+
+json views_with_images(const Snapshot& snapshot, const std::vector<ModelImage>& images) {
+  json views = json::array();
+  for (std::size_t image = 0; image < images.size(); ++image) {
+    const auto& [kind, slot, name, coding] = images[image];
+    if (kind == ModelImageKind::poster) continue;
+    if (kind == ModelImageKind::photograph) {
+      views.push_back(view_properties(*snapshot.views[slot], snapshot.gains[slot], *snapshot.surface));
+    }
+    views.back()[property_of(kind)] = image;
+  }
+  return views;
+}
+
+// References by the views' numbers in the file instead of their slots.
+ViewTables view_tables(const Snapshot& snapshot) {
+  std::vector<std::uint32_t> number(snapshot.views.size(), 0);
+  std::uint32_t next = 0;
+  for (std::size_t slot = 0; slot < number.size(); ++slot) number[slot] = snapshot.views[slot] ? next++ : 0;
+  ViewTables tables;
+  tables.references.reserve(snapshot.references.views.size());
+  for (const std::uint32_t slot : snapshot.references.views) tables.references.push_back(number[slot]);
+  if (snapshot.tiles.whole_views()) return tables;
+  for (const std::uint32_t slot : snapshot.tiles.slots) tables.resident.push_back(slot == kNotResident ? 0 : 1);
+  return tables;
+}
+
+json add_surface(GltfBuilder& gltf, const Snapshot& snapshot, const WrittenSurface& written, const ViewTables& tables,
+                 const SurfaceForm& form) {
+  const Surface& surface = *snapshot.surface;
+  const bool textured = form.texture >= 0, has_far = surface.far_faces > 0;
+  json& document = gltf.document();
+  if (textured) add_texture(document, form.texture);
+  document["meshes"].push_back({{"primitives", {primitive_json(gltf, written.near, textured)}}});
+  // No node refers to the far sphere, because other programs would draw it as part of the scene.
+  if (has_far) document["meshes"].push_back({{"primitives", {primitive_json(gltf, written.far, false)}}});
+  if (form.apart) gltf.begin_buffer();
+  const std::span colors(snapshot.vertex_colors.get());
+  const auto attributes = [&](std::size_t mesh) -> json& {
+    return document["meshes"][mesh]["primitives"][0]["attributes"];
+  };
+  const int near_colors = add_colors(gltf, linear_colors(colors, written.near.sources, form.packed));
+  attributes(0)[textured ? kTexturedColorAttribute : kColorAttribute] = near_colors;
+  if (has_far) {
+    const std::span far_colors = colors.last(surface.far_vertices);
+    const int number = add_colors(gltf, linear_colors(far_colors, written.far.sources, form.packed));
+    attributes(1)[kColorAttribute] = number;
+  }
+  if (form.apart) gltf.begin_buffer();
+  json properties = {{"version", kLumigraphVersion},
+                     {"offset", json_of(surface.offset)},
+                     {"cellSize", std::min(surface.cells.size, most_cell_size(near_surface(surface).mesh))}};
+  if (has_far) properties["far"] = {{"mesh", 1}, {"cells", surface.far_cells}};
+  add_tables(gltf, snapshot, written, tables, form, properties);
+  return properties;
+}
+
+int add_coarse_surface(GltfBuilder& gltf, const CoarseSurface& coarse, std::optional<double> packed) {
+  Surface surface;
+  surface.mesh = coarse.mesh;
+  surface.cells.cell_of_face.assign(coarse.mesh.faces.size(), 0);
+  surface.cells.cells.resize(1);
+  const WrittenMesh mesh = written_surface(surface, nullptr, nullptr, packed).near;
+  json& document = gltf.document();
+  const int positions = add_positions(gltf, mesh.positions);
+  const int colors = add_colors(gltf, linear_colors(coarse.mesh.colors, mesh.sources, packed.has_value()));
+  const int faces = add_faces(gltf, mesh.faces);
+  const int material = add_unlit_material(document, false);
+  document["meshes"].push_back({{"primitives",
+                                 {{{"mode", 4},
+                                   {"material", material},
+                                   {"attributes", {{"POSITION", positions}, {kColorAttribute, colors}}},
+                                   {"indices", faces}}}}});
+  return static_cast<int>(document["meshes"].size()) - 1;
+}
+
+void add_scene(json& document, const glm::dmat3& file_from_scene) {
+  document["nodes"].push_back({{"mesh", 0}, {"rotation", gltf_rotation(file_from_scene)}});
+  document["scenes"].push_back({{"nodes", {0}}});
+  document["scene"] = 0;
+}
+
+void set_lumigraph(json& document, json properties) {
+  document["extensions"][kLumigraphExtension] = std::move(properties);
+  document["extensionsUsed"].push_back(kLumigraphExtension);
+}
+
+json tileset_json(const Snapshot& snapshot, const TileContent& surface, const TileContent& coarse, json properties) {
+  const Mesh near = near_surface(*snapshot.surface).mesh;
+  const json volume = {{"box", box_json(near, gltf_from_scene(snapshot))}};
+  json whole = {{"boundingVolume", volume}, {"geometricError", 0}, {"content", content_json(surface)}};
+  json root = std::move(whole);
+  if (!coarse.uri.empty()) {
+    root = {{"boundingVolume", volume},
+            {"geometricError", coarse.error},
+            {"content", content_json(coarse)},
+            {"children", {std::move(root)}}};
+  }
+  root["refine"] = "REPLACE";
+  const Bounds box = bounds(near);
+  json document = {{"asset", {{"version", "1.1"}, {"extras", {{"generator", "lumatlas"}}}}},
+                   {"geometricError", std::max(coarse.error, glm::length(box.max - box.min))},
+                   {"root", std::move(root)}};
+  set_lumigraph(document, std::move(properties));
+  return document;
+}
+
+}  // namespace lumatlas

@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Internal to atlas/: the parts of a model's JSON, which its files share: a tileset.json with the glTF files that it
+// names, or one .glb. atlas/README.md describes the properties.
+#pragma once
+
+#include <cstdint>
+#include <glm/mat3x3.hpp>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "atlas/model/coarse_surface.h"
+#include "atlas/model/gltf_builder.h"
+#include "atlas/model/model_images.h"
+#include "atlas/model/written_mesh.h"
+#include "atlas/snapshot.h"
+
+namespace lumatlas {
+
+// Returns the view slot where a visitor begins: the photograph that most cells refer to, which gives the widest view,
+// of those that were held level. `shown`: which view slots count, one for each; at least one does.
+[[nodiscard]] std::uint32_t first_view_slot(const Snapshot& snapshot, const std::vector<std::uint8_t>& shown);
+
+// The properties of the whole model, without its images, views and poster. `first_view`: the view's number.
+[[nodiscard]] nlohmann::json model_properties(const Snapshot& snapshot, const ValidityOptions& validity,
+                                              std::uint32_t first_view);
+
+// The properties of a view, without its images.
+[[nodiscard]] nlohmann::json view_properties(const StoredView& view, const glm::dvec3& gain, const Surface& surface);
+
+// The views' properties with the numbers of their images. `images` are those of images_of(), in the file's order.
+[[nodiscard]] nlohmann::json views_with_images(const Snapshot& snapshot, const std::vector<ModelImage>& images);
+
+// What a surface's file says of the views, by their numbers.
+struct ViewTables {
+  std::vector<std::uint32_t> references;  // the views of the snapshot's references
+  std::vector<std::uint8_t> resident;     // for each tile of all views, 1 or 0; empty with whole views
+};
+[[nodiscard]] ViewTables view_tables(const Snapshot& snapshot);
+
+struct SurfaceForm {
+  int texture = -1;     // number of the base texture's image; -1: there is none
+  bool packed = false;  // leaves out what only describes the surface
+  bool apart = false;   // colours and tables in buffers of their own
+};
+
+// Adds the surface's meshes, and the scene that shows it, and returns the properties of the surface.
+nlohmann::json add_surface(GltfBuilder& gltf, const Snapshot& snapshot, const WrittenSurface& written,
+                           const ViewTables& tables, const SurfaceForm& form);
+
+// Adds a mesh of vertex colours, and returns its number.
+int add_coarse_surface(GltfBuilder& gltf, const CoarseSurface& coarse, std::optional<double> packed);
+
+// Adds the scene, whose root shows mesh 0, turned so.
+void add_scene(nlohmann::json& document, const glm::dmat3& file_from_scene);
+
+// Lists the extension with these properties in a document.
+void set_lumigraph(nlohmann::json& document, nlohmann::json properties);
+
+// A file that a tileset names.
+struct TileContent {
+  std::string uri;
+  std::uint64_t bytes = 0;
+  double error = 0;  // distance by which its surface moved, scene units
+};
+
+// The tileset of a surface, and before it a coarse one, if its URI is not empty.
+[[nodiscard]] nlohmann::json tileset_json(const Snapshot& snapshot, const TileContent& surface,
+                                          const TileContent& coarse, nlohmann::json properties);
+
+}  // namespace lumatlas

@@ -1,0 +1,50 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The files of a model, wherever they go: a folder (model_file.h), a page's site, a server. It is a 3D Tiles tileset,
+// which atlas/README.md describes.
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <span>
+#include <string>
+
+#include "atlas/base_texture.h"
+#include "atlas/fade_zones.h"
+#include "atlas/images/photograph.h"
+#include "atlas/snapshot.h"
+#include "atlas/validity.h"
+#include "mesh/tick.h"
+
+namespace lumatlas {
+
+inline constexpr const char* kTilesetName = "tileset.json";
+
+enum class FormPart { surface, coarse, photograph, mask, thumbnail, poster, texture };
+
+struct FormFile {
+  std::string stem, ending;  // of its name: "images/00000" and ".png"; what it holds comes between them
+  std::string type;          // media type
+  FormPart part = FormPart::surface;
+  std::span<const std::uint8_t> bytes;
+};
+
+// Takes a file, and returns its name, relative to the tileset. Several threads call it at once.
+using PutFormFile = std::function<std::string(const FormFile& file)>;
+
+struct FormOptions {
+  ImageCoding photographs{};
+  const BaseTexture* texture = nullptr;  // of the near faces
+  const CellShares* shares = nullptr;    // of all faces
+  // In few bytes: the surface is compressed (EXT_meshopt_compression), with positions on a grid finer than photographs
+  // resolve, and what a page does not use is left out: lens and trust masks, the cells' coverage, and which vertices
+  // are copies.
+  bool packed = false;
+};
+
+// Passes all files of the model to `put` but the tileset, whose text it returns. `tick` is called once for each view
+// and for the surface, also from several threads. Throws std::invalid_argument unless snapshot, options and texture
+// pass check(), InputError for a model that has more than 2^24 cells, or an offset or a camera too far from the scene.
+[[nodiscard]] std::string write_form(const Snapshot& snapshot, const ValidityOptions& validity,
+                                     const FormOptions& options, const PutFormFile& put, const Tick& tick = {});
+
+}  // namespace lumatlas

@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Internal to atlas/: a snapshot as it is written, checked, with its images and the properties of the whole model.
+#pragma once
+
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <vector>
+
+#include "atlas/model/coarse_surface.h"
+#include "atlas/model/model_form.h"
+#include "atlas/model/model_images.h"
+
+namespace lumatlas {
+
+struct ModelParts {
+  Snapshot snapshot;               // without views that have no resident tile
+  std::vector<ModelImage> images;  // in the file's order
+  nlohmann::json properties;       // the whole model's, with its views, whose images are numbers in `images`
+};
+
+// Throws what write_form() throws.
+[[nodiscard]] ModelParts model_parts(const Snapshot& given, const ValidityOptions& validity,
+                                     const FormOptions& options);
+
+// Returns the width of the grid of a packed surface's positions: a 16th of what a pixel of a stored photograph covers
+// at its view's median depth, the least over the views, but no more than a hundredth of a cell. None unless packed.
+[[nodiscard]] std::optional<double> packed_step(const Snapshot& snapshot, const FormOptions& options);
+
+// Returns the surface in some 60,000 faces.
+[[nodiscard]] CoarseSurface coarse_surface_of(const Snapshot& snapshot);
+
+}  // namespace lumatlas

@@ -1,0 +1,86 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "atlas/model/tileset_file.h"
+
+#include <nlohmann/json.hpp>
+
+#include "atlas/model/json_nesting.h"
+#include "atlas/model/model_extension.h"
+#include "mesh/base/text_fields.h"
+#include "mesh/base/whole_file.h"
+
+namespace lumatlas {
+
+TilesetFile::TilesetFile(std::filesystem::path file) : FieldReader(std::move(file)) {
+  json_ = read_whole_file(path());
+  const int levels = nesting(json_);
+  if (levels > kMaxNesting) {
+    refuse("nests its values " + std::to_string(levels) + " deep, must be at most " + std::to_string(kMaxNesting));
+  }
+  try {
+    document_ = value_of(nlohmann::json::parse(json_));
+  } catch (const nlohmann::json::exception& error) {
+    refuse("is no JSON that can be read: " + short_reason(error.what()));
+  }
+  const Object& asset = field(document_, "it", "asset");
+  const std::string version = text(asset, "\"asset\"", "version");
+  if (!version.starts_with("1.")) {
+    refuse("is of 3D Tiles version " + in_quotes(version) + ", this program reads 1.1");
+  }
+}
+
+const FieldReader::Object& TilesetFile::lumigraph() const {
+  if (document_.Has("extensions")) {
+    const Object& extensions = document_.Get("extensions");
+    if (extensions.IsObject() && extensions.Has(kLumigraphExtension)) return extensions.Get(kLumigraphExtension);
+  }
+  refuse(std::string("has no extension ") + kLumigraphExtension + ": it is a surface without photographs");
+}
+
+std::vector<const FieldReader::Object*> TilesetFile::tiles() const {
+  std::vector<const Object*> tiles{&field(document_, "it", "root")};
+  while (tiles.back()->IsObject() && tiles.back()->Has("children")) {
+    const Object& children = tiles.back()->Get("children");
+    if (!children.IsArray()) refuse("\"children\" is not an array");
+    if (children.ArrayLen() == 0) break;
+    if (children.ArrayLen() > 1) {
+      refuse("has a tile with " + std::to_string(children.ArrayLen()) + " children, this program reads one");
+    }
+    tiles.push_back(&children.Get(0));
+  }
+  return tiles;
+}
+
+std::string TilesetFile::content_uri(const Object& tile) const {
+  return text(field(tile, "a tile", "content"), "\"content\"", "uri");
+}
+
+std::filesystem::path TilesetFile::surface() const {
+  return file_beside(content_uri(*tiles().back()), "its surface");
+}
+
+std::optional<std::filesystem::path> TilesetFile::coarse() const {
+  if (tiles().size() < 2) return std::nullopt;
+  return file_beside(content_uri(*tiles().front()), "its coarse surface");
+}
+
+GltfImage TilesetFile::image(std::uint32_t index) const {
+  const std::string where = "image " + std::to_string(index);
+  const Object& images = field(lumigraph(), kLumigraphExtension, "images");
+  if (!images.IsArray()) refuse("\"images\" is not an array");
+  if (index >= images.ArrayLen()) refuse(where + " does not exist");
+  return {file_beside(text(images.Get(static_cast<int>(index)), where, "uri"), where), {}};
+}
+
+std::vector<std::string> TilesetFile::uris() const {
+  std::vector<std::string> uris;
+  for (const Object* tile : tiles()) uris.push_back(content_uri(*tile));
+  if (!lumigraph().Has("images")) return uris;
+  const Object& images = lumigraph().Get("images");
+  if (!images.IsArray()) refuse("\"images\" is not an array");
+  for (std::size_t i = 0; i < images.ArrayLen(); ++i) {
+    uris.push_back(text(images.Get(static_cast<int>(i)), "image " + std::to_string(i), "uri"));
+  }
+  return uris;
+}
+
+}  // namespace lumatlas
