@@ -276,7 +276,6 @@ std::uint8_t trusted_by(std::uint8_t validity, std::uint8_t trust) {
 
 ValidityOptions ValidityOptions::printed() {
   ValidityOptions options;
-  options.edge_radius_px = 2;
   options.fade_px = 0;
   options.edges = Edges::both_sides;
   return options;

@@ -32,7 +32,7 @@ struct ValidityOptions {
     both_sides,  // and those beside one that is farther, or that shows no surface
   };
   double depth_edge = 0.05;          // a depth step counts as an edge above this share of the nearer depth; (0, 1e6]
-  std::uint32_t edge_radius_px = 1;  // Delta_xy: pixels this close to an edge are invalid; [0, 16]; printed: 2
+  std::uint32_t edge_radius_px = 2;  // Delta_xy: pixels this close to an edge are invalid; [0, 16]
   std::uint32_t fade_px = 3;         // over how many pixels the mask rises from next to 0 to 255; [0, 16], 0: a step
   Edges edges = Edges::far_side;     // which side of an edge is invalid; printed: both
 

@@ -28,7 +28,7 @@ void grow_to_blocks(std::vector<std::uint8_t>& mask, std::uint32_t width, std::u
 // Black where no tile is resident.
 Photograph resident_part(const Snapshot& snapshot, std::uint32_t slot, ImageFormat format) {
   const StoredView& view = *snapshot.views[slot];
-  Photograph part = view.photograph;
+  Photograph part = *view.photograph;
   if (snapshot.tiles.whole_views()) return part;
   std::vector<std::uint8_t> resident = snapshot.tiles.resident_pixels(slot, view.camera);
   if (format != ImageFormat::png) grow_to_blocks(resident, view.camera.width, view.camera.height);

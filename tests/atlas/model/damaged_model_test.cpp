@@ -162,7 +162,7 @@ TEST_CASE("a tileset that is damaged, or names what is not its own, is refused i
   };
   const std::string lumigraph = "/extensions/LUMATLAS_lumigraph", elsewhere = "must lie in the model's own folder";
   CHECK(sentence("/asset/version", "1.0") == "accepted");
-  CHECK(sentence("/asset/version", "2.0") == "is of 3D Tiles version \"2.0\", this program reads 1.1");
+  CHECK(sentence("/asset/version", "2.0") == "is of 3D Tiles version '2.0', this program reads 1.1");
   CHECK(sentence("/root/children", {1, 2}) == "has a tile with 2 children, this program reads one");
   CHECK(sentence("/root/content", 3) == "\"content\" is not an object");
   CHECK(sentence("/root/content/uri", "../a.glb") == "its surface has the path \"../a.glb\", " + elsewhere);
