@@ -16,7 +16,7 @@ namespace lumatlas {
 namespace {
 
 constexpr double kOcclusionTolerance = 0.02;  // share of the depth, as in blending
-constexpr std::uint8_t kLeastValidity = 128;  // least mask value: off depth edges, not contradicted
+constexpr std::uint8_t kLeastTrust = 128;     // of a pixel that is not contradicted
 constexpr double kDarkest = 0.0024;           // linear light of kDarkestSample
 constexpr double kBrightest = 0.93;           // and of kBrightestSample
 constexpr std::uint32_t kFewestRatioPoints = 20;
@@ -58,13 +58,13 @@ std::size_t pixel_at(const StoredView& view, const glm::dvec2& image) {
 // Returns whether the photograph's pixel may be used: the lens shows it, and other views do not contradict it.
 bool is_usable(const StoredView& view, std::size_t pixel) {
   return (view.photograph->valid.empty() || view.photograph->valid[pixel] != 0) &&
-         (view.mask->trust.empty() || view.mask->trust[pixel] >= kLeastValidity);
+         (view.mask->trust.empty() || view.mask->trust[pixel] >= kLeastTrust);
 }
 
-// Neither occluded nor masked.
+// Neither occluded nor masked; where the mask fades counts as well as elsewhere.
 bool shows_well(const StoredView& view, const Sighting& seen) {
   const std::size_t pixel = pixel_at(view, seen.made.image);
-  if (view.mask->validity[pixel] < kLeastValidity) return false;
+  if (view.mask->validity[pixel] == 0 || !is_usable(view, pixel)) return false;
   if (seen.made.z > static_cast<double>(view.mask->depth[pixel]) * (1 + kOcclusionTolerance)) return false;
   const std::size_t shown = pixel_at(view, seen.at.image);
   return shown == pixel || is_usable(view, shown);
