@@ -65,7 +65,7 @@ struct ViewEntry {
   std::optional<GltfImage> mask, thumbnail;  // what a page shows; their pixels are not read
 };
 
-// In a file with a base texture the last vertices are copies for it, which are left out of the surface.
+// The last vertices of a file may be copies for fade zones or for a base texture, which are left out of the surface.
 struct ReadSurface {
   std::shared_ptr<const Surface> surface;
   std::size_t vertices = 0, copies = 0;  // the first mesh's in the file, and how many of them are copies
@@ -187,7 +187,7 @@ Mesh ModelReader::written_mesh(std::size_t number) const {
 
 // Which vertex each of the last ones is a copy of; none without a texture.
 std::vector<std::uint32_t> ModelReader::copies(const Mesh& written) const {
-  if (!textured_ || !lumigraph_.Has("vertexCopies")) return {};
+  if (!lumigraph_.Has("vertexCopies")) return {};
   std::vector<std::uint32_t> copies = whole_numbers("vertexCopies");
   const std::size_t vertices = written.positions.size();
   if (copies.size() > vertices) {

@@ -128,7 +128,9 @@ TEST_CASE("a new mask uploads masks and no photograph") {
   Followed followed(layout);
   followed.change_view([](StoredView& view) {
     ViewMask& mask = own_mask(view);
-    for (std::size_t pixel = 0; pixel < mask.validity.size(); pixel += 2) mask.validity[pixel] /= 2;
+    for (std::size_t pixel = 0; pixel < mask.validity.size(); pixel += 2) {
+      if (mask.validity[pixel] > 1) mask.validity[pixel] /= 2;  // what is valid stays valid
+    }
   });
   const RendererWork of_mask = followed.show();
   CHECK(of_mask.color_bytes == 0);
