@@ -466,7 +466,7 @@ case_locale() {
   judge
   if [ "$status" -ne 0 ]; then
     complain "surroundings that are none of its business stop it"
-  elif ! cmp -s "$target"/scene-*.bin "$work"/base/model/scene-*.bin; then
+  elif ! cmp -s "$target/tileset.json" "$work/base/model/tileset.json"; then  # it names all others by their content
     complain "another model than elsewhere"
   fi
 }
