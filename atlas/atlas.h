@@ -28,7 +28,7 @@ namespace lumatlas {
 class SnapshotMaker;
 struct StoreChanges;
 
-// Where the view in a view slot is from now on: another pose, and another lens if that has changed too.
+// The pose that the view in a view slot has from now on, and its lens, if that has changed too.
 struct ViewPose {
   std::uint32_t slot;
   Camera camera;  // its image is as large as before

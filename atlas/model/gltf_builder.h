@@ -43,7 +43,7 @@ class GltfBuilder {
   // Adds an image in a file of its own, and returns its number.
   int add_image_file(const std::string& uri);
 
-  // What is added from now on goes into another buffer.
+  // Begins another buffer, into which all goes that is added from now on.
   void begin_buffer() { buffers_.emplace_back(); }
 
   [[nodiscard]] nlohmann::json& document() { return document_; }

@@ -126,7 +126,7 @@ class VersionWriter {
     return properties;
   }
 
-  // By the views' slots. Tiles are those of the views that are shown.
+  // Views are in the order of their slots; tiles are those of the views that are shown.
   [[nodiscard]] ViewTables tables() const {
     ViewTables tables{snapshot_.references.views, {}};
     const TileTable& tiles = snapshot_.tiles;

@@ -31,7 +31,7 @@ namespace lumatlas {
 // The views' properties with the numbers of their images. `images` are those of images_of(), in the file's order.
 [[nodiscard]] nlohmann::json views_with_images(const Snapshot& snapshot, const std::vector<ModelImage>& images);
 
-// What a surface's file says of the views, by their numbers.
+// The part of a surface's file that is about views, which it names by their numbers.
 struct ViewTables {
   std::vector<std::uint32_t> references;  // the views of the snapshot's references
   std::vector<std::uint8_t> resident;     // for each tile of all views, 1 or 0; empty with whole views

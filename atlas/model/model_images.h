@@ -46,7 +46,7 @@ struct ModelImage {
   return static_cast<std::uint8_t>(2 * half + (at_rim ? 1 : 0));
 }
 
-// The name of an image of a view, but for its ending: "images/00007".
+// Returns the name of an image of a view without its ending: "images/00007".
 [[nodiscard]] std::string numbered_image(std::size_t view);
 
 // The base texture's.

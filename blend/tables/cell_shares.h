@@ -35,8 +35,8 @@ namespace lumatlas {
 // that one stands for, and fewer cells need to be asked.
 [[nodiscard]] CellShares joined(CellShares shares, std::span<const std::uint32_t> stands_for);
 
-// The shares by which a model is drawn: share_cells() with a width of so many cells, of the cells that stand for all
-// that refer to the same views.
+// Returns the shares by which a model is drawn: share_cells() with `border_width` as a share of the cell size, of the
+// cells that stand for all that refer to the same views.
 [[nodiscard]] CellShares drawn_shares(const Surface& surface, const ReferenceTable& references, double border_width);
 
 }  // namespace lumatlas

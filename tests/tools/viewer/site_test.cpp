@@ -112,7 +112,7 @@ TEST_CASE("no name of a site means one thing in one version and another in the n
   CHECK(photograph(next, 2) == photograph(scene, 2));
 }
 
-TEST_CASE("a site is a model that reads back as what was exported, but for what makes it small") {
+TEST_CASE("a site is a model that reads back as what was exported, up to what makes it small") {
   const Snapshot model = small_room();
   const TemporaryFolder folder;
   SiteOptions options;
