@@ -119,7 +119,8 @@ class DepthEdges {
     for (int dy = -radius; dy <= radius; ++dy) {
       if (y + dy < 0 || y + dy >= height_) continue;
       const float* row = depth_.data() + at(0, y + dy);
-      const int half = half_widths_[static_cast<std::size_t>(dy + radius)];
+      const auto line = static_cast<std::uint32_t>(dy + radius);
+      const int half = half_widths_[line];
       for (int dx = -half; dx <= half; ++dx) {
         float* extreme = extremes.data();
         const int end = width_ - std::max(dx, 0);

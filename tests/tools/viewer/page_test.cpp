@@ -116,7 +116,8 @@ TEST_CASE("a browser draws what the renderer draws, and follows its visitor") {
   const std::vector<Rendering> expected = rendered(site_model());
   const Said said = said_in_browser(site_and_test(), "/test.html");
   if (said.empty()) return;
-  CHECK(problem_of(said) == "");
+  INFO(problem_of(said));
+  CHECK(problem_of(said).empty());
   REQUIRE(said.contains("bytes"));
 
   const Agreement agreed = agreement(expected, said, "picture-", expected.size());
@@ -172,7 +173,7 @@ TEST_CASE("a browser draws what the renderer draws, and follows its visitor") {
                      "mesh, and this page is to take at most 0.5: build the model with fewer faces \\(lumatlas "
                      "build --faces\\), or add \\?memory=[1-9][0-9]* to this page's address\\."));
   CHECK(said.at("notice-true") == "true");
-  CHECK(said.at("misplaced") == "");
+  CHECK(said.at("misplaced").empty());
   CHECK(said.at("notice-closed") == "true");
   CHECK(said.at("notice-helped") == "false true");
 
