@@ -25,6 +25,16 @@ glm::dvec3 Camera::ray(const glm::dvec2& image) const {
   return glm::transpose(cam_from_world_rotation) * glm::dvec3((image.x - cx) / fx, (image.y - cy) / fy, 1.0);
 }
 
+Camera centered_camera(std::uint32_t width, std::uint32_t height, double focal_length) {
+  Camera camera;
+  camera.width = width;
+  camera.height = height;
+  camera.fx = camera.fy = focal_length;
+  camera.cx = width / 2.0;
+  camera.cy = height / 2.0;
+  return camera;
+}
+
 namespace {
 
 constexpr Requirement camera_requires{"camera"};

@@ -42,6 +42,10 @@ struct Camera {
   [[nodiscard]] Camera shrunk_to(std::uint32_t pixels) const;
 };
 
+// A camera at the origin that looks along +z, with square pixels and its principal point in the middle of the image.
+// Sizes and focal length are in pixels; nothing is checked.
+[[nodiscard]] Camera centered_camera(std::uint32_t width, std::uint32_t height, double focal_length);
+
 // Throws std::invalid_argument naming the field, its value and the rule: sizes in [1, 65536], focal lengths finite and
 // positive, everything finite, the rotation orthonormal within 1e-6.
 void check(const Camera& camera);

@@ -17,12 +17,12 @@
 #include <string_view>
 #include <utility>
 
-#include "atlas/images/color_profile.h"
-#include "atlas/images/embedded_profile.h"
+#include "atlas/images/files/color_profile.h"
+#include "atlas/images/files/embedded_profile.h"
+#include "atlas/images/files/image_header.h"
+#include "atlas/images/files/jpeg_file.h"
+#include "atlas/images/files/picture_file.h"
 #include "atlas/images/image_errors.h"
-#include "atlas/images/image_header.h"
-#include "atlas/images/jpeg_file.h"
-#include "atlas/images/picture_file.h"
 #include "mesh/base/errors.h"
 #include "mesh/base/number_text.h"
 #include "mesh/base/whole_file.h"

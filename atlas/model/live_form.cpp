@@ -5,7 +5,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "atlas/model/gltf_cameras.h"
+#include "atlas/model/gltf/gltf_cameras.h"
 #include "atlas/model/model_document.h"
 
 namespace lumatlas {

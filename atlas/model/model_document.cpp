@@ -9,7 +9,7 @@
 #include <utility>
 
 #include "atlas/images/srgb.h"
-#include "atlas/model/gltf_cameras.h"
+#include "atlas/model/gltf/gltf_cameras.h"
 #include "atlas/model/model_extension.h"
 #include "atlas/model/model_ranges.h"
 #include "mesh/upright.h"

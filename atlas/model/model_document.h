@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "atlas/model/coarse_surface.h"
-#include "atlas/model/gltf_builder.h"
+#include "atlas/model/gltf/gltf_builder.h"
 #include "atlas/model/model_images.h"
 #include "atlas/model/written_mesh.h"
 #include "atlas/snapshot.h"

@@ -8,8 +8,8 @@
 #include <sstream>
 #include <vector>
 
-#include "atlas/model/glb_file.h"
-#include "atlas/model/gltf_cameras.h"
+#include "atlas/model/gltf/glb_file.h"
+#include "atlas/model/gltf/gltf_cameras.h"
 #include "atlas/model/model_document.h"
 #include "atlas/model/model_parts.h"
 

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <span>
 
-#include "atlas/images/grey_png.h"
+#include "atlas/images/files/grey_png.h"
 #include "atlas/images/scaled_view.h"
 
 namespace lumatlas {

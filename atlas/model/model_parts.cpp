@@ -7,7 +7,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "atlas/model/gltf_cameras.h"
+#include "atlas/model/gltf/gltf_cameras.h"
 #include "atlas/model/model_document.h"
 #include "atlas/model/model_extension.h"
 #include "atlas/model/model_ranges.h"

@@ -16,9 +16,9 @@
 #include <utility>
 
 #include "atlas/images/srgb.h"
-#include "atlas/model/glb_file.h"
-#include "atlas/model/gltf_file.h"
-#include "atlas/model/json_nesting.h"
+#include "atlas/model/gltf/glb_file.h"
+#include "atlas/model/gltf/gltf_file.h"
+#include "atlas/model/gltf/json_nesting.h"
 #include "atlas/model/model_extension.h"
 #include "atlas/model/model_file.h"
 #include "atlas/model/model_ranges.h"

@@ -15,9 +15,9 @@
 #include <utility>
 
 #include "atlas/model/content_digest.h"
-#include "atlas/model/glb_file.h"
-#include "atlas/model/gltf_cameras.h"
-#include "atlas/model/json_nesting.h"
+#include "atlas/model/gltf/glb_file.h"
+#include "atlas/model/gltf/gltf_cameras.h"
+#include "atlas/model/gltf/json_nesting.h"
 #include "atlas/model/model_document.h"
 #include "atlas/model/model_file.h"
 #include "atlas/model/model_images.h"

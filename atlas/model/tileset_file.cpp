@@ -3,7 +3,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "atlas/model/json_nesting.h"
+#include "atlas/model/gltf/json_nesting.h"
 #include "atlas/model/model_extension.h"
 #include "mesh/base/text_fields.h"
 #include "mesh/base/whole_file.h"

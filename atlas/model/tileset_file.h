@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "atlas/model/field_reader.h"
+#include "atlas/model/gltf/field_reader.h"
 
 namespace lumatlas {
 

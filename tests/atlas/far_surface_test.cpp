@@ -8,7 +8,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "atlas/model/gltf_mesh.h"
+#include "atlas/model/gltf/gltf_mesh.h"
 #include "atlas/model/model_file.h"
 #include "atlas/snapshot.h"
 #include "atlas/surface.h"

@@ -125,12 +125,7 @@ Camera camera_towards(const glm::dvec3& center, const glm::dvec3& target, std::u
   const glm::dvec3 forward = glm::normalize(target - center);
   const glm::dvec3 up = std::abs(forward.z) < 0.9 ? glm::dvec3(0, 0, 1) : glm::dvec3(1, 0, 0);
   const glm::dvec3 right = glm::normalize(glm::cross(forward, up));
-  Camera camera;
-  camera.width = width;
-  camera.height = height;
-  camera.fx = camera.fy = focal_px;
-  camera.cx = width / 2.0;
-  camera.cy = height / 2.0;
+  Camera camera = centered_camera(width, height, focal_px);
   camera.cam_from_world_rotation = glm::transpose(glm::dmat3(right, glm::cross(forward, right), forward));
   camera.cam_from_world_translation = -(camera.cam_from_world_rotation * center);
   return camera;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Any glTF file as a mesh: JSON with buffers in it, or a whole .glb.
-#include "atlas/model/gltf_mesh.h"
+#include "atlas/model/gltf/gltf_mesh.h"
 #include "tests/fuzz/sentence_laws.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

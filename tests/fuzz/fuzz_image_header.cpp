@@ -4,7 +4,7 @@
 #include <sstream>
 #include <string>
 
-#include "atlas/images/image_header.h"
+#include "atlas/images/files/image_header.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   std::istringstream file(std::string(reinterpret_cast<const char*>(data), size));

@@ -11,7 +11,7 @@
 #include <sstream>
 #include <string>
 
-#include "atlas/model/glb_file.h"
+#include "atlas/model/gltf/glb_file.h"
 #include "atlas/model/model_file.h"
 #include "mesh/base/errors.h"
 

@@ -18,12 +18,7 @@ namespace lumatlas {
 
 // Looks along +z from `center`.
 inline Camera forward_camera(std::uint32_t width, std::uint32_t height, const glm::dvec3& center = glm::dvec3(0)) {
-  Camera camera;
-  camera.width = width;
-  camera.height = height;
-  camera.fx = camera.fy = width;
-  camera.cx = width / 2.0;
-  camera.cy = height / 2.0;
+  Camera camera = centered_camera(width, height, width);
   camera.cam_from_world_translation = -center;
   return camera;
 }

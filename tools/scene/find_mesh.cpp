@@ -5,7 +5,7 @@
 #include <string>
 #include <system_error>
 
-#include "atlas/model/gltf_mesh.h"
+#include "atlas/model/gltf/gltf_mesh.h"
 #include "mesh/base/errors.h"
 #include "mesh/base/file_ending.h"
 #include "mesh/base/text_fields.h"

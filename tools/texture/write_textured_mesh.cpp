@@ -13,8 +13,8 @@
 #include <utility>
 #include <vector>
 
-#include "atlas/model/glb_file.h"
-#include "atlas/model/gltf_cameras.h"
+#include "atlas/model/gltf/glb_file.h"
+#include "atlas/model/gltf/gltf_cameras.h"
 #include "mesh/base/errors.h"
 #include "mesh/base/number_text.h"
 #include "mesh/base/whole_file.h"

@@ -14,7 +14,7 @@
 #include <string>
 #include <vector>
 
-#include "atlas/model/glb_file.h"
+#include "atlas/model/gltf/glb_file.h"
 #include "atlas/model/model_file.h"
 #include "mesh/base/errors.h"
 #include "mesh/base/number_text.h"

@@ -22,9 +22,9 @@
 #include <utility>
 #include <vector>
 
-#include "atlas/model/glb_file.h"
-#include "atlas/model/gltf_cameras.h"
-#include "atlas/model/gltf_mesh.h"
+#include "atlas/model/gltf/glb_file.h"
+#include "atlas/model/gltf/gltf_cameras.h"
+#include "atlas/model/gltf/gltf_mesh.h"
 #include "blend/reference.h"
 #include "mesh/base/errors.h"
 #include "mesh/upright.h"

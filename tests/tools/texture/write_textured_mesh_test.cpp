@@ -10,7 +10,7 @@
 #include <glm/glm.hpp>
 #include <sstream>
 
-#include "atlas/model/tiny_gltf.h"
+#include "atlas/model/gltf/tiny_gltf.h"
 #include "mesh/base/errors.h"
 #include "mesh/readers/mesh_file.h"
 #include "mesh/upright.h"

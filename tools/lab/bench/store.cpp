@@ -63,12 +63,7 @@ std::shared_ptr<const Surface> hilly_sheet(std::uint32_t vertices) {
 
 // Looks at the sheet from above (x, y), so that a photograph is `across` of the sheet wide.
 Camera camera_above(double x, double y, double across, std::uint32_t width, std::uint32_t height) {
-  Camera camera;
-  camera.width = width;
-  camera.height = height;
-  camera.fx = camera.fy = width;
-  camera.cx = width / 2.0;
-  camera.cy = height / 2.0;
+  Camera camera = centered_camera(width, height, width);
   camera.cam_from_world_rotation = glm::dmat3(1, 0, 0, 0, -1, 0, 0, 0, -1);
   camera.cam_from_world_translation = -(camera.cam_from_world_rotation * glm::dvec3(x, y, across));
   return camera;

@@ -120,12 +120,7 @@ Camera camera_at(const Vantage& vantage, std::uint32_t width, std::uint32_t heig
     throw std::invalid_argument("camera: field of view is " + std::to_string(vantage.fov_deg) +
                                 " degrees, must be in (0, 180)");
   }
-  Camera camera;
-  camera.width = width;
-  camera.height = height;
-  camera.fx = camera.fy = width / 2.0 * std::exp(log_focal(vantage.fov_deg));
-  camera.cx = width / 2.0;
-  camera.cy = height / 2.0;
+  Camera camera = centered_camera(width, height, width / 2.0 * std::exp(log_focal(vantage.fov_deg)));
   camera.cam_from_world_rotation = glm::mat3_cast(glm::normalize(vantage.cam_from_world));
   camera.cam_from_world_translation = -(camera.cam_from_world_rotation * vantage.position);
   check(camera);

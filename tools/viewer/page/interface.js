@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The elements around the picture: progress, buttons, thumbnails, legend, messages.
-/** @import {SiteFiles} from './site_files.js' */
+/** @import {SiteFiles} from './reading/site_files.js' */
 /** @import {Actions, Mode, Scene, View} from './types.d.ts' */
 
 const LEGENDS = {

@@ -3,7 +3,7 @@
 import {Hold} from './hold.js';
 import {add, between, dot, length, lookingAlong, normalized, orthonormal, poseOf} from './camera.js';
 import {row, subtract, times, turned, worldFromCam} from './camera.js';
-import {viewsOf} from './model.js';
+import {viewsOf} from './reading/model.js';
 /** @import {Pose, Rotation, Scene, Vector} from './types.d.ts' */
 
 const STEEPEST = 0.985;    // cosine of the view against upwards: beyond, left and right would change places

@@ -3,8 +3,8 @@
 import {parseAddress, printAddress} from './address.js';
 import {Controls} from './controls.js';
 import {Interface, showFailure} from './interface.js';
-import {viewsOf} from './model.js';
-import {texelForm} from './photograph_forms.js';
+import {viewsOf} from './reading/model.js';
+import {texelForm} from './drawing/photograph_forms.js';
 import {MEBIBYTE, Viewer} from './viewer.js';
 /** @import {Overrun, ViewerOptions} from './types.d.ts' */
 

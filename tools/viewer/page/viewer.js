@@ -3,20 +3,20 @@
 // of the GPU.
 import {MODES} from './address.js';
 import {cameraAt} from './camera.js';
-import {FetchFailure} from './fetching.js';
-import {ContextLost, Fence} from './gl_objects.js';
-import {makeLayout} from './layout.js';
-import {Losses} from './losses.js';
-import {loadColors, loadMesh, loadScene, loadShaders, loadTables, viewsOf} from './model.js';
+import {FetchFailure} from './reading/fetching.js';
+import {ContextLost, Fence} from './drawing/gl_objects.js';
+import {makeLayout} from './drawing/layout.js';
+import {Losses} from './reading/losses.js';
+import {loadColors, loadMesh, loadScene, loadShaders, loadTables, viewsOf} from './reading/model.js';
 import {Navigation} from './navigation.js';
-import {texelForm} from './photograph_forms.js';
-import {Photographs} from './photographs.js';
-import {PictureSizes} from './picture_sizes.js';
-import {Renderer, partsOf} from './renderer.js';
-import {Residents} from './residents.js';
-import {SiteFiles} from './site_files.js';
-/** @import {LossPart} from './losses.js' */
-/** @import {PictureTarget} from './gl_objects.js' */
+import {texelForm} from './drawing/photograph_forms.js';
+import {Photographs} from './drawing/photographs.js';
+import {PictureSizes} from './drawing/picture_sizes.js';
+import {Renderer, partsOf} from './drawing/renderer.js';
+import {Residents} from './drawing/residents.js';
+import {SiteFiles} from './reading/site_files.js';
+/** @import {LossPart} from './reading/losses.js' */
+/** @import {PictureTarget} from './drawing/gl_objects.js' */
 /**
  * @import {
  *   Camera, Layout, LiveState, Mesh, MeshFile, Mode, Overrun, Pose, Scene, Shaders, Size, Tables, TexelForm,

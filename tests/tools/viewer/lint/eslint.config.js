@@ -31,14 +31,14 @@ export default [
     },
   },
   {
-    files: ['**/page/*.js'],
+    files: ['**/page/**/*.js'],
     ignores: ['**/fetching.js'],
     rules: {
       'no-restricted-globals': ['error', ...FETCHES.map((name) => ({name, message: 'fetching.js makes all requests.'}))],
     },
   },
   {
-    files: ['**/page/*.js'],
+    files: ['**/page/**/*.js'],
     ignores: ['**/gl_objects.js'],
     rules: {
       'no-restricted-syntax': ['error', {

@@ -1,0 +1,541 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Draws pictures of a model with the shaders of blend/, pass by pass as blend/renderer.cpp does: the visible surface,
+// the blend of photographs at the middles of pixels, and at silhouettes means over samples, whose surface is drawn
+// everywhere here.
+import {partOf} from '../camera.js';
+import {nearbyExposure} from './exposure.js';
+import {Glances, MOST_GLANCE_BYTES} from './glances.js';
+import {GlObjects, Targets} from './gl_objects.js';
+import {Programs} from './programs.js';
+import {CELLS_OF_SHADER} from '../reading/surface.js';
+import {Table, bindTexture, makeTexture} from './tables.js';
+/** @import {Photographs} from './photographs.js' */
+/** @import {PictureTarget, Sized, SurfaceTarget} from './gl_objects.js' */
+/** @import {Camera, Mesh, Mode, Scene, Shaders, Size, Tables, Vector} from '../types.d.ts' */
+
+const SAMPLED = 4;                  // in the stencil: pixels that are means over samples
+const NOTHING = 0xFFFFFFFF;
+const BLOCK_BYTES = 192;
+const SURFACE_BYTES = 16 + 4;      // a pixel of the visible surface, with its depth
+const PICTURE_BYTES = 16 + 8 + 4;  // with depth, stencil, and the picture
+const STILL_BYTES = 4;
+const DIAGNOSIS_BYTES = 16 + 4;
+
+// Longest side of the parts that pictures with samples are drawn in: their targets are then small.
+export const MOST_PART_PX = 320;
+const AROUND_PX = 1;  // silhouettes are found from the neighbouring pixels
+
+// A part of a picture: what is drawn, from its top left corner, and what of that is copied: left, top, right, bottom.
+/** @typedef {{x: number, y: number, size: Size, inner: [number, number, number, number]}} Part */
+
+// Parts that cover a camera's picture, those in its middle first. All are of one size, with a pixel around what is
+// copied; those at the picture's border reach farther inwards.
+/** @param {Camera} camera @param {number} partPx @returns {Part[]} */
+export function partsOf({width, height}, partPx) {
+  const [across, down] = [width, height].map((side) => Math.ceil(side / partPx));
+  const [stepX, stepY] = [Math.ceil(width / across), Math.ceil(height / down)];
+  /** @type {Size} */
+  const size = [Math.min(width, stepX + 2 * AROUND_PX), Math.min(height, stepY + 2 * AROUND_PX)];
+  const start = (/** @type {number} */ at, /** @type {number} */ side, /** @type {number} */ whole) =>
+      Math.max(0, Math.min(at - AROUND_PX, whole - side));
+  /** @type {Part[]} */
+  const parts = [];
+  for (let top = 0; top < height; top += stepY) {
+    for (let left = 0; left < width; left += stepX) {
+      parts.push({
+        x: start(left, size[0], width), y: start(top, size[1], height), size,
+        inner: [left, top, Math.min(width, left + stepX), Math.min(height, top + stepY)],
+      });
+    }
+  }
+  const far = (/** @type {Part} */ {inner: [left, top, right, bottom]}) =>
+      Math.hypot(left + right - width, top + bottom - height);
+  return parts.sort((a, b) => far(a) - far(b));
+}
+
+export class Renderer {
+  /** @param {WebGL2RenderingContext} gl @param {Scene} scene @param {Shaders} shaders */
+  constructor(gl, scene, shaders) {
+    this.gl = gl;
+    this.scene = scene;
+    this.programs = new Programs(gl, shaders, scene.blend.views);
+    this.glances = new Glances(this);
+    this.targets = new Targets(gl, () => this.noteBytes());
+    this.objects = new GlObjects(gl);
+    this.meshObjects = new GlObjects(gl);
+    this.block = this.objects.buffer();
+    gl.bindBuffer(gl.UNIFORM_BUFFER, this.block);
+    gl.bufferData(gl.UNIFORM_BUFFER, BLOCK_BYTES, gl.DYNAMIC_DRAW);
+    this.nothing = this.objects.vertexArray();
+    /** @type {{vertices: WebGLVertexArrayObject, colors: WebGLBuffer, counts: number[], bytes: number} | null} */
+    this.mesh = null;
+    /** @type {{zones: Table, cells: Table, references: Table} | null} */
+    this.tables = null;
+    /** @type {Photographs | null} */
+    this.photographs = null;
+    this.mostBytes = 0;
+  }
+
+  release() {
+    this.photographs?.release();
+    for (const table of Object.values(this.tables ?? {})) table.release();
+    for (const owner of [this.programs, this.targets, this.meshObjects, this.objects]) owner.release();
+  }
+
+  // In place of an earlier one.
+  /** @param {Mesh} mesh */
+  setMesh(mesh) {
+    const {gl, meshObjects} = this;
+    meshObjects.release();
+    const vertices = meshObjects.vertexArray();
+    gl.bindVertexArray(vertices);
+    let bytes = 0;
+    const buffer = (/** @type {number} */ target, /** @type {ArrayBufferView<ArrayBuffer>} */ data) => {
+      const made = meshObjects.buffer();
+      gl.bindBuffer(target, made);
+      gl.bufferData(target, data, gl.STATIC_DRAW);
+      bytes += data.byteLength;
+      return made;
+    };
+    buffer(gl.ARRAY_BUFFER, mesh.positions);
+    gl.vertexAttribPointer(0, 3, gl.FLOAT, false, 12, 0);
+    const colors = buffer(gl.ARRAY_BUFFER, mesh.colors);
+    gl.vertexAttribPointer(1, 3, gl.UNSIGNED_BYTE, true, 4, 0);
+    buffer(gl.ARRAY_BUFFER, mesh.shares);
+    gl.vertexAttribPointer(2, 3, gl.UNSIGNED_BYTE, true, 4, 0);
+    buffer(gl.ARRAY_BUFFER, mesh.zones);
+    gl.vertexAttribIPointer(3, 1, gl.UNSIGNED_INT, 4, 0);
+    for (let attribute = 0; attribute < 4; ++attribute) gl.enableVertexAttribArray(attribute);
+    buffer(gl.ELEMENT_ARRAY_BUFFER, mesh.corners);
+    gl.bindVertexArray(this.nothing);
+    this.mesh = {vertices, colors, counts: mesh.counts, bytes};
+  }
+
+  // Replaces the colours of the mesh's vertices, four bytes each.
+  /** @param {Uint8Array<ArrayBuffer>} colors */
+  setColors(colors) {
+    const {gl, mesh} = this;
+    if (!mesh) return;
+    gl.bindBuffer(gl.ARRAY_BUFFER, mesh.colors);
+    gl.bufferSubData(gl.ARRAY_BUFFER, 0, colors);
+  }
+
+  /** @param {Tables} tables */
+  setTables(tables) {
+    const {gl} = this;
+    for (const table of Object.values(this.tables ?? {})) table.release();
+    this.tables = {
+      zones: new Table(gl, tables.zones, 4),
+      cells: new Table(gl, tables.cells, 3),
+      references: new Table(gl, tables.references, 1),
+    };
+  }
+
+  // Returns whether the programs for pictures are compiled; starts compiling them.
+  ready() {
+    if (!this.mesh || !this.photographs || !this.tables) return false;
+    const {counts} = this.mesh;
+    const blends = CELLS_OF_SHADER.filter((_, i) => counts[i] > 0).map((cells) => this.programs.ready('blend', cells));
+    return [...['surface', 'fade', 'glance'].map((pass) => this.programs.ready(pass)), ...blends].every(Boolean);
+  }
+
+  readyForStills() {
+    return [this.programs.ready('silhouettes'), this.programs.ready('samples', 4)].every(Boolean);
+  }
+
+  // Returns the bytes of render targets for an interactive and a still frame of these sizes.
+  /** @param {Size} moving @param {Size} still */
+  bytesToDraw(moving, still) {
+    const part = [still[0], still[1]].map((side) => Math.min(side, MOST_PART_PX + 2 * AROUND_PX));
+    const [ofPart, ofMoving, ofStill] = [part, moving, still].map(([width, height]) => width * height);
+    const samples = this.scene.blend.supersample ** 2;
+    return MOST_GLANCE_BYTES + PICTURE_BYTES * ofMoving + STILL_BYTES * ofStill +
+        ofPart * (PICTURE_BYTES + samples * SURFACE_BYTES);
+  }
+
+  // Bytes on the GPU of the mesh and of its tables.
+  modelBytes() {
+    let sum = this.mesh?.bytes ?? 0;
+    for (const table of Object.values(this.tables ?? {})) sum += table.bytes;
+    return sum;
+  }
+
+  // Bytes on the GPU, as they were asked for.
+  bytes() {
+    return this.modelBytes() + (this.photographs?.bytes ?? 0) + this.targets.bytes();
+  }
+
+  // The most that there ever was at a time; `besides`: what is there now for a moment.
+  noteBytes(besides = 0) {
+    this.mostBytes = Math.max(this.mostBytes, this.bytes() + besides);
+  }
+
+  /** @param {Camera} camera @param {Vector} exposure */
+  describe(camera, exposure) {
+    const {gl, scene} = this;
+    const block = new ArrayBuffer(BLOCK_BYTES);
+    const floats = new Float32Array(block);
+    const numbers = new Int32Array(block);
+    const {rotation: r, translation: t} = camera;
+    const layout = this.photographs?.layout;
+    floats.set([
+      r[0], r[1], r[2], t[0], r[3], r[4], r[5], t[1], r[6], r[7], r[8], t[2],
+      camera.fx, camera.fy, camera.cx, camera.cy,
+      2 * camera.fx / camera.width, -2 * camera.fy / camera.height,
+      2 * camera.cx / camera.width - 1, 1 - 2 * camera.cy / camera.height,
+      ...[0, 1, 2].map((i) => -(r[i] * t[0] + r[3 + i] * t[1] + r[6 + i] * t[2])), camera.height,
+      ...exposure, scene.near_depth,
+      scene.blend.lambda, 1 + scene.blend.occlusion_tolerance, scene.blend.frame_fade, scene.depth_before_far,
+    ]);
+    numbers.set([
+      scene.blend.printed_position, scene.blend.rims, scene.blend.fade_last, scene.blend.consistent,
+      scene.blend.cubic ? scene.cubic_levels : 0, scene.levels, scene.blend.prefilter, 1,
+      layout?.tile ?? 1, layout?.tile ?? 1, 0, layout?.slotColumns ?? 1,
+      layout?.slotRows ?? 1, scene.blend.supersample, scene.blend.antialias_all, scene.blend.soften,
+    ].map(Number), 32);
+    gl.bindBuffer(gl.UNIFORM_BUFFER, this.block);
+    gl.bufferSubData(gl.UNIFORM_BUFFER, 0, block);
+    gl.bindBufferBase(gl.UNIFORM_BUFFER, 0, this.block);
+  }
+
+  bindTables() {
+    const {gl} = this;
+    this.photographs?.bind();
+    for (const [name, table] of Object.entries(this.tables ?? {})) bindTexture(gl, name, gl.TEXTURE_2D, table.texture);
+  }
+
+  // Returns the render target of the visible surface.
+  /**
+   * @param {string} use
+   * @param {number} width
+   * @param {number} height
+   * @returns {SurfaceTarget & {surface: WebGLTexture}}
+   */
+  surfaceTarget(use, width, height) {
+    const {gl} = this;
+    return this.targets.of(use, width, height, SURFACE_BYTES, (objects) => {
+      const surface = makeTexture(objects, gl.RGBA32UI, width, height);
+      const depth = this.depthBuffer(objects, gl.DEPTH_COMPONENT32F, width, height);
+      return {surface, pass: this.withDepth(objects, surface, gl.DEPTH_ATTACHMENT, depth)};
+    });
+  }
+
+  // The same, with the picture of the surface.
+  /** @param {string} use @param {number} width @param {number} height @returns {PictureTarget} */
+  pictureTarget(use, width, height) {
+    const {gl} = this;
+    return this.targets.of(use, width, height, PICTURE_BYTES, (objects) => {
+      const surface = makeTexture(objects, gl.RGBA32UI, width, height);
+      const colour = makeTexture(objects, gl.RGBA8, width, height);
+      const depth = this.depthBuffer(objects, gl.DEPTH32F_STENCIL8, width, height);
+      return {
+        surface, colour, pass: this.withDepth(objects, surface, gl.DEPTH_STENCIL_ATTACHMENT, depth),
+        blend: this.withDepth(objects, colour, gl.DEPTH_STENCIL_ATTACHMENT, depth),
+      };
+    });
+  }
+
+  /** @param {GlObjects} objects @param {number} format @param {number} width @param {number} height */
+  depthBuffer(objects, format, width, height) {
+    const {gl} = this;
+    const depth = objects.renderbuffer();
+    gl.bindRenderbuffer(gl.RENDERBUFFER, depth);
+    gl.renderbufferStorage(gl.RENDERBUFFER, format, width, height);
+    return depth;
+  }
+
+  /**
+   * @param {GlObjects} objects
+   * @param {WebGLTexture} colour
+   * @param {number} attachment
+   * @param {WebGLRenderbuffer} depth
+   */
+  withDepth(objects, colour, attachment, depth) {
+    const {gl} = this;
+    const framebuffer = objects.framebuffer(colour);
+    gl.framebufferRenderbuffer(gl.FRAMEBUFFER, attachment, gl.RENDERBUFFER, depth);
+    return framebuffer;
+  }
+
+  // The picture as a whole, put together of its parts.
+  /** @param {number} width @param {number} height */
+  stillTarget(width, height) {
+    return this.targets.of('still', width, height, STILL_BYTES, (objects) => {
+      const colour = makeTexture(objects, this.gl.RGBA8, width, height);
+      return {colour, framebuffer: objects.framebuffer(colour)};
+    });
+  }
+
+  setState() {
+    const {gl} = this;
+    for (const test of [gl.CULL_FACE, gl.BLEND, gl.SCISSOR_TEST, gl.DITHER, gl.STENCIL_TEST, gl.DEPTH_TEST]) {
+      gl.disable(test);
+    }
+    gl.colorMask(true, true, true, true);
+    gl.depthMask(true);
+    gl.stencilMask(0xFF);
+    gl.bindVertexArray(this.nothing);
+  }
+
+  // `marks`: the stencil says how many cells are blended.
+  /** @param {SurfaceTarget} target @param {boolean} marks */
+  drawSurface(target, marks) {
+    const {gl, mesh} = this;
+    if (!mesh) return;
+    gl.bindFramebuffer(gl.FRAMEBUFFER, target.pass);
+    gl.viewport(0, 0, target.width, target.height);
+    if (target.surface) gl.clearBufferuiv(gl.COLOR, 0, [NOTHING, 0, 0, 0]);
+    if (marks) {
+      gl.clearBufferfi(gl.DEPTH_STENCIL, 0, 0, 0);
+      gl.enable(gl.STENCIL_TEST);
+      gl.stencilOp(gl.KEEP, gl.KEEP, gl.REPLACE);
+    } else {
+      gl.clearBufferfv(gl.DEPTH, 0, [0]);
+    }
+    gl.enable(gl.DEPTH_TEST);
+    gl.depthFunc(gl.GREATER);
+    this.programs.use('surface');
+    gl.bindVertexArray(mesh.vertices);
+    let first = 0;
+    mesh.counts.forEach((count, i) => {
+      if (marks) gl.stencilFunc(gl.ALWAYS, i + 1, 0xFF);
+      if (count > 0) gl.drawElements(gl.TRIANGLES, count, gl.UNSIGNED_INT, 4 * first);
+      first += count;
+    });
+    gl.disable(gl.STENCIL_TEST);
+    gl.disable(gl.DEPTH_TEST);
+    gl.bindVertexArray(this.nothing);
+  }
+
+  /** @param {string} pass @param {number} cells @param {WebGLTexture} surface */
+  drawScreen(pass, cells, surface) {
+    const {gl} = this;
+    bindTexture(gl, 'surfaces', gl.TEXTURE_2D, surface);
+    const program = this.programs.use(pass, cells);
+    gl.drawArrays(gl.TRIANGLES, 0, 3);
+    return program;
+  }
+
+  /** @param {PictureTarget} target */
+  drawBlend(target) {
+    const {gl} = this;
+    gl.bindFramebuffer(gl.FRAMEBUFFER, target.blend);
+    gl.viewport(0, 0, target.width, target.height);
+    gl.clearBufferfv(gl.COLOR, 0, [0, 0, 0, 0]);
+    gl.enable(gl.STENCIL_TEST);
+    gl.stencilMask(0);
+    CELLS_OF_SHADER.forEach((cells, i) => {
+      if (!this.mesh?.counts[i]) return;
+      gl.stencilFunc(gl.EQUAL, i + 1, 0xFF);
+      this.drawScreen('blend', cells, target.surface);
+    });
+    gl.stencilMask(0xFF);
+    gl.disable(gl.STENCIL_TEST);
+  }
+
+  /** @param {PictureTarget} target */
+  drawSamples(target) {
+    const {gl} = this;
+    const across = this.scene.blend.supersample;
+    const samples = this.surfaceTarget('samples', across * target.width, across * target.height);
+    this.drawSurface(samples, false);
+    gl.bindFramebuffer(gl.FRAMEBUFFER, target.blend);
+    gl.viewport(0, 0, target.width, target.height);
+    gl.enable(gl.STENCIL_TEST);
+    gl.stencilFunc(gl.ALWAYS, SAMPLED, 0xFF);
+    gl.stencilOp(gl.KEEP, gl.KEEP, gl.REPLACE);
+    gl.colorMask(false, false, false, false);
+    this.drawScreen('silhouettes', 0, target.surface);
+    gl.colorMask(true, true, true, false);
+    gl.stencilFunc(gl.EQUAL, SAMPLED, 0xFF);
+    gl.stencilMask(0);
+    this.drawScreen('samples', 4, samples.surface);
+    gl.colorMask(true, true, true, true);
+    gl.stencilMask(0xFF);
+    gl.disable(gl.STENCIL_TEST);
+  }
+
+  /** @param {PictureTarget} target */
+  drawFade(target) {
+    const {gl} = this;
+    gl.bindFramebuffer(gl.FRAMEBUFFER, target.blend);
+    gl.viewport(0, 0, target.width, target.height);
+    gl.enable(gl.BLEND);
+    gl.blendFunc(gl.SRC_ALPHA, gl.ONE_MINUS_SRC_ALPHA);
+    gl.colorMask(true, true, true, false);
+    bindTexture(gl, 'surfaces', gl.TEXTURE_2D, target.surface);
+    const program = this.programs.use('fade');
+    gl.uniform1f(program.uniform('least_cosine'), this.scene.photographed.cosine);
+    gl.drawArrays(gl.TRIANGLES, 0, 3);
+    gl.colorMask(true, true, true, true);
+    gl.disable(gl.BLEND);
+  }
+
+  // How deep a stored view's camera sees, reversed as in the surface's pass, in a texture that is good until the next
+  // one.
+  /** @param {Camera} camera */
+  drawViewDepths(camera) {
+    const {gl} = this;
+    this.setState();
+    this.describe(camera, [1, 1, 1]);
+    const {width, height} = camera;
+    const target = this.targets.of('view', width, height, 4, (objects) => {
+      const depths = makeTexture(objects, gl.DEPTH_COMPONENT32F, width, height);
+      const pass = objects.framebuffer();
+      gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.DEPTH_ATTACHMENT, gl.TEXTURE_2D, depths, 0);
+      gl.drawBuffers([gl.NONE]);
+      return {depths, pass};
+    });
+    this.drawSurface(target, false);
+    return target.depths;
+  }
+
+  // The middles of pixels alone: for a camera that moves. Returns the target.
+  /** @param {Camera} camera */
+  draw(camera) {
+    this.setState();
+    this.describe(camera, nearbyExposure(this.scene, camera));
+    const target = this.pictureTarget('moving', camera.width, camera.height);
+    this.drawSurface(target, true);
+    if (this.ready()) {
+      this.bindTables();
+      this.drawBlend(target);
+      this.drawFade(target);
+    }
+    return target;
+  }
+
+  // The picture that `lumatlas render` draws, part by part: each call of next() draws one and says how many pixels it
+  // has, and the last returns. `fades`: averaged colours where no photograph was taken from near there.
+  /** @param {Camera} camera @param {boolean} fades */
+  *drawStill(camera, fades) {
+    const exposure = nearbyExposure(this.scene, camera);
+    const still = this.stillTarget(camera.width, camera.height);
+    for (const part of partsOf(camera, MOST_PART_PX)) {
+      const {x, y, size} = part;
+      this.setState();
+      this.describe(partOf(camera, x, y, ...size), exposure);
+      this.bindTables();
+      const target = this.pictureTarget('part', ...size);
+      this.drawSurface(target, true);
+      this.drawBlend(target);
+      if (this.scene.blend.supersample > 1) this.drawSamples(target);
+      if (fades) this.drawFade(target);
+      this.copyPart(target, part, still);
+      yield size[0] * size[1];
+    }
+    return still;
+  }
+
+  // The surface that the camera sees, for blendPart(), and what is seen where no part is drawn yet.
+  /** @param {Camera} camera @param {PictureTarget | null} under */
+  beginParts(camera, under) {
+    const still = this.stillTarget(camera.width, camera.height);
+    if (under) this.copyWhole(under, still);
+    this.setState();
+    this.describe(camera, [1, 1, 1]);
+    const target = this.pictureTarget('moving', camera.width, camera.height);
+    this.drawSurface(target, true);
+    return target;
+  }
+
+  // A part of the picture of a surface that beginParts() drew, into the still frame: the middles of pixels alone.
+  /** @param {PictureTarget} target @param {Camera} camera @param {Part} part */
+  blendPart(target, camera, {inner: [left, top, right, bottom]}) {
+    const {gl} = this;
+    this.setState();
+    this.describe(camera, nearbyExposure(this.scene, camera));
+    this.bindTables();
+    gl.enable(gl.SCISSOR_TEST);
+    gl.scissor(left, target.height - bottom, right - left, bottom - top);
+    this.drawBlend(target);
+    this.drawFade(target);
+    gl.disable(gl.SCISSOR_TEST);
+    const {width, height} = camera;
+    this.copyPart(target, {x: 0, y: 0, size: [width, height], inner: [left, top, right, bottom]},
+                  this.stillTarget(width, height));
+  }
+
+  // A part into the picture, without what is around it.
+  /** @param {PictureTarget} from @param {Part} part @param {Sized & {framebuffer: WebGLFramebuffer}} still */
+  copyPart(from, {x, y, size, inner}, still) {
+    const {gl} = this;
+    const [left, top, right, bottom] = inner;
+    gl.bindFramebuffer(gl.READ_FRAMEBUFFER, from.blend);
+    gl.bindFramebuffer(gl.DRAW_FRAMEBUFFER, still.framebuffer);
+    gl.blitFramebuffer(
+        left - x, size[1] - (bottom - y), right - x, size[1] - (top - y),
+        left, still.height - bottom, right, still.height - top, gl.COLOR_BUFFER_BIT, gl.NEAREST);
+  }
+
+  // A picture into another one, whatever their sizes.
+  /** @param {PictureTarget} from @param {Sized & {framebuffer: WebGLFramebuffer}} still */
+  copyWhole(from, still) {
+    const {gl} = this;
+    gl.bindFramebuffer(gl.READ_FRAMEBUFFER, from.blend);
+    gl.bindFramebuffer(gl.DRAW_FRAMEBUFFER, still.framebuffer);
+    gl.blitFramebuffer(
+        0, 0, from.width, from.height, 0, 0, still.width, still.height, gl.COLOR_BUFFER_BIT, gl.LINEAR);
+  }
+
+  // Draws the surface in `target` in the colours of a mode.
+  /** @param {PictureTarget} target @param {Mode} mode */
+  drawMode(target, mode) {
+    const {gl} = this;
+    let diagnosis = null;
+    if (mode !== 'geometry' && mode !== 'colours') diagnosis = this.diagnose(target);
+    gl.bindFramebuffer(gl.FRAMEBUFFER, target.blend);
+    gl.viewport(0, 0, target.width, target.height);
+    if (diagnosis) bindTexture(gl, 'diagnosis', gl.TEXTURE_2D, diagnosis.packed);
+    bindTexture(gl, 'surfaces', gl.TEXTURE_2D, target.surface);
+    const program = this.programs.use('modes');
+    gl.uniform1i(program.uniform('mode'), ['colours', 'geometry', 'winner', 'weights', 'coverage'].indexOf(mode));
+    gl.drawArrays(gl.TRIANGLES, 0, 3);
+  }
+
+  /** @param {PictureTarget} target */
+  diagnose(target) {
+    const {gl} = this;
+    const diagnosis = this.targets.of('diagnosis', target.width, target.height, DIAGNOSIS_BYTES, (objects) => {
+      const state = makeTexture(objects, gl.RGBA8, target.width, target.height);
+      const packed = makeTexture(objects, gl.RGBA32UI, target.width, target.height);
+      return {packed, framebuffer: objects.framebuffer(state, packed)};
+    });
+    gl.bindFramebuffer(gl.FRAMEBUFFER, diagnosis.framebuffer);
+    gl.viewport(0, 0, target.width, target.height);
+    gl.clearBufferfv(gl.COLOR, 0, [0, 0, 0, 0]);
+    gl.clearBufferuiv(gl.COLOR, 1, [0, NOTHING, 0, 0]);
+    this.drawScreen('diagnose', 0, target.surface);
+    return diagnosis;
+  }
+
+  // A texture of a picture, on the canvas, before a background.
+  /**
+   * @param {WebGLTexture} colour
+   * @param {number} width
+   * @param {number} height
+   * @param {{above: Vector, below: Vector}} background
+   */
+  present(colour, width, height, background) {
+    const {gl} = this;
+    this.setState();
+    gl.bindFramebuffer(gl.FRAMEBUFFER, null);
+    gl.viewport(0, 0, width, height);
+    bindTexture(gl, 'image', gl.TEXTURE_2D, colour);
+    const program = this.programs.use('present');
+    gl.uniform2f(program.uniform('canvas'), width, height);
+    gl.uniform3fv(program.uniform('above'), background.above);
+    gl.uniform3fv(program.uniform('below'), background.below);
+    gl.drawArrays(gl.TRIANGLES, 0, 3);
+  }
+
+  // How deep the surface is at a pixel of a target, from its top left; 0: there is none.
+  /** @param {SurfaceTarget} target @param {number} x @param {number} y */
+  depthAt(target, x, y) {
+    const {gl} = this;
+    const texel = new Uint32Array(4);
+    gl.bindFramebuffer(gl.FRAMEBUFFER, target.pass);
+    gl.readPixels(Math.floor(x), target.height - 1 - Math.floor(y), 1, 1, gl.RGBA_INTEGER, gl.UNSIGNED_INT, texel);
+    return texel[0] === NOTHING ? 0 : new Float32Array(texel.buffer, 4, 1)[0];
+  }
+}

@@ -1,0 +1,203 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Decides which photographs are on the GPU: all if they fit, else those that the current picture needs. Others stay
+// until their place is needed, and are shown where a better one is not there yet.
+import {FetchFailure} from '../reading/fetching.js';
+import {ContextLost} from './gl_objects.js';
+import {viewsOf} from '../reading/model.js';
+import {Photographs} from './photographs.js';
+/** @import {Viewer} from '../viewer.js' */
+/** @import {Camera, FetchedView, Scene, View} from '../types.d.ts' */
+
+const AT_ONCE = 4;  // views that are fetched at the same time
+// A view takes another's cell only where pictures need it CLEARLY times as much, so that a small movement does not
+// fetch back what the one before threw away.
+const CLEARLY = 1.5;
+
+// Identifies the content of a view on the GPU.
+/** @param {View} view */
+const contentOf = ({photograph, mask, rotation, translation, fx, fy, cx, cy}) =>
+    JSON.stringify([photograph, mask, rotation, translation, fx, fy, cx, cy]);
+
+// Returns the next view slot to fetch, and in `instead` the slot whose cell it takes if none is free. Null: nothing to
+// fetch. `ranked`: all views, those that are needed most first; `held`: slots that have a cell; `fresh`: those of them
+// that are as the scene has them; `coming`: slots that are being fetched; `lost`: slots that could not be fetched;
+// `room`: the number of cells.
+/**
+ * @param {{slot: number, need: number}[]} ranked
+ * @param {{
+ *   held: {has(slot: number): boolean, size: number}, fresh: Set<number>, coming: Set<number>, lost: Set<number>,
+ *   room: number,
+ * }} state
+ * @returns {{slot: number, instead?: number} | null}
+ */
+function nextToFetch(ranked, {held, fresh, coming, lost, room}) {
+  const wanted = ranked.find(({slot}) => !fresh.has(slot) && !coming.has(slot) && !lost.has(slot));
+  if (!wanted) return null;
+  if (held.has(wanted.slot)) return {slot: wanted.slot};
+  const taken = [...coming].filter((slot) => !held.has(slot)).length;
+  if (held.size + taken < room) return {slot: wanted.slot};
+  // Each of those that are coming takes the room of another one.
+  const giving = ranked.filter(({slot}) => held.has(slot)).at(-1 - (held.size + taken - room));
+  if (!giving || !(wanted.need > CLEARLY * giving.need)) return null;
+  return {slot: wanted.slot, instead: giving.slot};
+}
+
+export class Residents {
+  /** @param {Viewer} viewer */
+  constructor(viewer) {
+    this.viewer = viewer;
+    /** @type {Map<number, string>} */
+    this.fresh = new Map();  // the views on the GPU, for each slot
+    /** @type {Set<number>} */
+    this.coming = new Set();
+    /** @type {Set<number>} */
+    this.lost = new Set();   // slots that could not be fetched and are not asked for until askAgain()
+    /** @type {Map<number, number>} */
+    this.needs = new Map();  // for each slot, how many pixels of the current picture need it
+    this.fetched = 0;        // views, again and again
+    /** @type {Promise<void> | null} */
+    this.filling = null;
+  }
+
+  // Throws ContextLost where what is on the GPU is not these residents' any more.
+  expect() {
+    if (this.viewer.residents !== this || this.viewer.gl.isContextLost()) throw new ContextLost();
+  }
+
+  get photographs() {
+    const {photographs} = this.viewer.renderer;
+    if (!photographs) throw new Error('there is no room for photographs yet');
+    return photographs;
+  }
+
+  // Returns whether there are fewer places than views.
+  scarce() {
+    return viewsOf(this.viewer.scene).length > this.photographs.layout.count;
+  }
+
+  // Forgets all views on the GPU.
+  forget() {
+    this.fresh.clear();
+  }
+
+  // Tries again to fetch the views that could not be fetched.
+  askAgain() {
+    this.lost.clear();
+  }
+
+  ranked() {
+    const {needs} = this;
+    return this.viewer.navigation.viewsByDistance().map((slot) => ({slot, need: needs.get(slot) ?? 0}))
+        .sort((a, b) => b.need - a.need);
+  }
+
+  // Slots of what is on the GPU as the scene has it.
+  current() {
+    const {views} = this.viewer.scene;
+    const there = [...this.photographs.cells.keys()];
+    return new Set(there.filter((slot) => {
+      const view = views[slot];
+      return view && this.fresh.get(slot) === contentOf(view);
+    }));
+  }
+
+  next() {
+    const {cells, layout} = this.photographs;
+    return nextToFetch(
+        this.ranked(), {held: cells, fresh: this.current(), coming: this.coming, lost: this.lost, room: layout.count});
+  }
+
+  // Loads what a camera's picture needs, as far as there is room.
+  /** @param {Camera} camera */
+  async provide(camera) {
+    if (this.scarce()) this.needs = await this.viewer.renderer.glances.neededViews(camera);
+    await this.fill();
+  }
+
+  async fill() {
+    for (this.expect(); this.filling || this.next(); this.expect()) {
+      this.filling ??= this.fetchAll().finally(() => {
+        this.filling = null;
+      });
+      await this.filling;
+    }
+    this.viewer.progressed();
+  }
+
+  async fetchAll() {
+    await Promise.all(Array.from({length: AT_ONCE}, () => this.fetchOthers()));
+    this.expect();
+    this.photographs.rest(this.viewer.renderer);
+  }
+
+  async fetchOthers() {
+    for (let next = this.next(); next; next = this.next()) await this.fetch(next.slot);
+  }
+
+  // A view that cannot be fetched is noted as lost, and others go on.
+  /** @param {number} slot */
+  async fetch(slot) {
+    const {viewer, coming} = this;
+    const {scene, losses} = viewer;
+    const described = scene.views[slot];
+    if (!described) return;
+    coming.add(slot);
+    try {
+      const view = await Photographs.fetched(viewer.files, described, slot);
+      this.expect();
+      ++this.fetched;
+      losses.clearView(slot);
+      this.store(view, scene);
+    } catch (error) {
+      if (!(error instanceof FetchFailure)) throw error;
+      if (scene !== viewer.scene) return;  // another version has come meanwhile
+      this.lost.add(slot);
+      if (!viewer.passesBy(error)) losses.noteView(slot, error);
+    } finally {
+      coming.delete(slot);
+    }
+    viewer.progressed();
+  }
+
+  // Unless the visitor has gone elsewhere meanwhile, where something else is needed more, or the scene has changed.
+  /** @param {FetchedView} view @param {Scene} scene */
+  store(view, scene) {
+    const {viewer} = this;
+    const {renderer} = viewer;
+    const {slot} = view;
+    const described = scene.views[slot];
+    const next = scene === viewer.scene ? this.roomFor(slot) : null;
+    if (!next || !described) {
+      view.picture.close();
+      view.mask?.close();
+      return;
+    }
+    this.photographs.store(view, renderer, next.instead);
+    if (next.instead !== undefined) this.fresh.delete(next.instead);
+    this.fresh.set(slot, contentOf(described));
+    viewer.quietly(this.noteOwnShare(slot, described));
+    viewer.improve();
+  }
+
+  /** @param {number} slot @param {View} view */
+  async noteOwnShare(slot, view) {
+    const share = await this.viewer.renderer.glances.photographedShareOfView(view);
+    this.expect();
+    this.viewer.navigation.hold.setOwn(slot, share);
+  }
+
+  /** @param {number} slot */
+  roomFor(slot) {
+    const {cells, layout} = this.photographs;
+    const ranked = this.ranked();
+    const fresh = new Set(ranked.map((view) => view.slot).filter((other) => other !== slot));
+    return nextToFetch(ranked, {held: cells, fresh, coming: new Set(), lost: new Set(), room: layout.count});
+  }
+
+  // How many of the views that there is room for are there. `ended`: the others are not being fetched.
+  progress() {
+    const total = Math.min(viewsOf(this.viewer.scene).length, this.photographs.layout.count);
+    const done = Math.max(0, Math.min(this.current().size, total - this.coming.size));
+    return {done, total, ended: done + this.lost.size >= total};
+  }
+}

@@ -1,0 +1,254 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// A model as it lies beside the page: a tileset, or one .glb (atlas/README.md). What it says of itself is read at once,
+// its surface and tables when they are asked for.
+import {Gltf} from './gltf.js';
+import {LUMIGRAPH, colorOf, colorsOf, meshAccessors, meshOf} from './surface.js';
+import {primitivesOf, propertiesOf, tableAccessors, tablesOf} from './surface.js';
+/** @import {SiteFiles} from './site_files.js' */
+/**
+ * @import {
+ *   Mesh, MeshFile, ModelProperties, Scene, Shaders, Tables, Tile, Tileset, View, ViewProperties,
+ * } from '../types.d.ts'
+ */
+
+const VERSION = 4;
+const TILE = 64;             // side of the tiles of a model without
+const GUTTER = 4;            // kWholeViews of atlas/tiles/tiles.h
+const NEAR_SHARE = 1e-8;     // the renderer's value, see blend/renderer.cpp
+const FARTHEST = 3.4028234663852886e38;
+export const MOST_SIDE = 2048;  // of a photograph over the network, pixels
+
+/** @param {Scene} scene */
+export const viewsOf = ({views}) => views.filter((view) => view !== null);
+
+// Levels of a photograph on the GPU, as levels_of() of atlas/tiles/tiles.h has them.
+/** @param {ModelProperties} properties */
+function levelsOf(properties) {
+  const ofGutter = levelsOfGutter(properties);
+  return properties.texels === 'bc7' ? Math.max(ofGutter, 2) - 1 : ofGutter;
+}
+
+/** @param {ModelProperties} properties */
+const levelsOfGutter = ({tiles}) => 1 + Math.log2(tiles?.gutter ?? GUTTER);
+
+/** @param {ModelProperties | undefined} properties @param {string} where */
+function checked(properties, where) {
+  if (!properties) throw new Error(`${where} has no extension ${LUMIGRAPH}`);
+  const {version} = properties;
+  if (version === VERSION) return properties;
+  throw new Error(`${where} has the version ${version} of ${LUMIGRAPH}, this page reads ${VERSION}` +
+      (version < VERSION ? ': it was made by an older lumatlas, build it again' : ''));
+}
+
+/** @param {ViewProperties} view @param {(number: number) => string} image @returns {View} */
+function viewOf(view, image) {
+  const [fx, fy] = view.focalLength;
+  const [cx, cy] = view.principalPoint;
+  const {name, width, height, rotation, translation, gain, depth = 0} = view;
+  return {
+    name, width, height, fx, fy, cx, cy, rotation, translation, gain, depth, photograph: image(view.image),
+    mask: view.mask === undefined ? null : image(view.mask),
+    thumbnail: image(view.thumbnail ?? view.image),
+  };
+}
+
+// One over the median of the views' depths; 0 where no view sees a surface.
+/** @param {(View | null)[]} views */
+function inverseDepth(views) {
+  const depths = views.flatMap((view) => view && view.depth > 0 ? [view.depth] : []).sort((a, b) => a - b);
+  return depths.length > 0 ? 1 / depths[depths.length >> 1] : 0;
+}
+
+/**
+ * @param {ModelProperties} properties
+ * @param {Shaders} shaders
+ * @param {{image: (number: number) => string, diagonal: number, mesh: MeshFile, coarse: MeshFile | null}} parts
+ * @returns {Scene}
+ */
+function sceneOf(properties, shaders, {image, diagonal, mesh, coarse}) {
+  const views = (properties.views ?? []).map((view) => view && viewOf(view, image));
+  const levels = levelsOf(properties);
+  return {
+    version: null, blend: shaders.blend, photographed: shaders.photographed, mesh, coarse,
+    tile: properties.tiles?.size ?? TILE, levels, cubic_levels: levelsOfGutter(properties) - 1,
+    near_depth: NEAR_SHARE * diagonal, depth_before_far: properties.depthBeforeFar ?? FARTHEST,
+    inverse_depth: inverseDepth(views), up: properties.up ?? [0, 1, 0], first_view: properties.firstView ?? 0,
+    poster: properties.poster === undefined ? null : image(properties.poster), views,
+  };
+}
+
+/** @param {Tile} tile @returns {Tile[]} */
+const tilesFrom = (tile) => [tile, ...(tile.children ?? []).slice(0, 1).flatMap(tilesFrom)];
+
+/** @param {SiteFiles} files @param {string} name @param {Shaders} shaders @param {boolean} anew */
+async function tilesetScene(files, name, shaders, anew) {
+  /** @type {Tileset} */
+  const tileset = await files.json(name, anew);
+  const properties = checked(tileset.extensions?.[LUMIGRAPH], name);
+  const tiles = tilesFrom(tileset.root);
+  for (const {content} of tiles) if (content.extras) files.sizes[content.uri] = content.extras.byteLength;
+  for (const {uri, byteLength} of properties.images ?? []) files.sizes[uri] = byteLength;
+  const box = tileset.root.boundingVolume.box;
+  const source = new SurfaceSource(files, tiles[tiles.length - 1].content.uri);
+  return sceneOf(properties, shaders, {
+    image: (number) => {
+      const image = properties.images?.[number];
+      if (!image) throw new Error(`${name} has no image ${number}`);
+      return image.uri;
+    },
+    diagonal: 2 * Math.hypot(box[3], box[7], box[11]),
+    mesh: await source.described(),
+    coarse: tiles.length > 1 ? await new SurfaceSource(files, tiles[0].content.uri).described() : null,
+  });
+}
+
+/** @param {SiteFiles} files @param {string} name @param {Shaders} shaders @param {boolean} anew */
+async function glbScene(files, name, shaders, anew) {
+  const gltf = await Gltf.readInParts(files, name, anew);
+  const properties = /** @type {ModelProperties} */ (/** @type {unknown} */ (propertiesOf(gltf)));
+  checked(properties, name);
+  const {POSITION} = primitivesOf(gltf, null)[0].attributes;
+  const {min = [0, 0, 0], max = [0, 0, 0]} = gltf.accessor(POSITION);
+  const coarse = propertiesOf(gltf).coarse;
+  return sceneOf(properties, shaders, {
+    image: (number) => gltf.imageName(number),
+    diagonal: Math.hypot(...min.map((low, axis) => max[axis] - low)),
+    mesh: await new SurfaceSource(files, name, gltf).described(),
+    coarse: coarse === undefined ? null : await new SurfaceSource(files, name, gltf, coarse).described(),
+  });
+}
+
+// `name`: of a tileset or a .glb. `anew`: as the server has it now, whatever the browser has kept.
+/** @param {SiteFiles} files @param {string} name @param {Shaders} shaders @returns {Promise<Scene>} */
+export async function loadScene(files, name, shaders, anew = false) {
+  return name.endsWith('.glb') ? glbScene(files, name, shaders, anew) : tilesetScene(files, name, shaders, anew);
+}
+
+// Tells texts apart.
+/** @param {string} text */
+function digest(text) {
+  let sum = 0;
+  for (let i = 0; i < text.length; ++i) sum = Math.imul(sum, 31) + text.charCodeAt(i) | 0;
+  return sum;
+}
+
+// Where a surface comes from. Its file is read once for its mesh and its tables.
+class SurfaceSource {
+  // `gltf`: the file, if it is open already. `coarse`: the number of a coarse mesh in it.
+  /** @param {SiteFiles} files @param {string} uri @param {Gltf | null} gltf @param {number | null} coarse */
+  constructor(files, uri, gltf = null, coarse = null) {
+    this.files = files;
+    this.uri = uri;
+    this.coarse = coarse;
+    this.kept = gltf !== null;  // of a file that is read in parts, or whose buffers are files
+    /** @type {Promise<Gltf> | null} */
+    this.opened = gltf && Promise.resolve(gltf);
+  }
+
+  // The names of the files that hold mesh, colours and tables. A .gltf is small, and names its buffers' files.
+  /** @returns {Promise<MeshFile>} */
+  async described() {
+    const version = this.kept ? ` ${digest(JSON.stringify((await this.open()).json))}` : '';
+    const name = this.uri + version + (this.coarse === null ? '' : ', coarse');
+    if (!this.uri.endsWith('.gltf')) return {file: name, colors: name, tables: name, source: this};
+    this.kept = true;
+    const gltf = await this.open();
+    const [primitive] = primitivesOf(gltf, null);
+    return {
+      file: gltf.bufferName(primitive.attributes.POSITION), colors: gltf.bufferName(colorOf(primitive)),
+      tables: gltf.bufferName(propertiesOf(gltf).cellSeen), source: this,
+    };
+  }
+
+  async open() {
+    this.opened ??= Gltf.read(this.files, this.uri);
+    try {
+      return await this.opened;
+    } catch (error) {
+      this.opened = null;
+      throw error;
+    }
+  }
+
+  // Lets go of what was read.
+  async release() {
+    const gltf = await this.opened;
+    gltf?.release();
+    if (!this.kept) this.opened = null;
+  }
+
+  async mesh() {
+    const gltf = await this.open();
+    const properties = this.coarse === null && gltf.json.extensions?.[LUMIGRAPH] ? propertiesOf(gltf) : null;
+    const primitives = this.coarse === null ? primitivesOf(gltf, properties) :
+      [/** @type {NonNullable<typeof gltf.json.meshes>} */ (gltf.json.meshes)[this.coarse].primitives[0]];
+    await gltf.load(meshAccessors(primitives, properties));
+    return meshOf(gltf, primitives, properties);
+  }
+
+  async colors() {
+    const gltf = await this.open();
+    const primitives = primitivesOf(gltf, propertiesOf(gltf));
+    await gltf.load(primitives.map(colorOf));
+    return colorsOf(gltf, primitives);
+  }
+
+  /** @param {Scene} scene */
+  async tables(scene) {
+    const gltf = await this.open();
+    const properties = propertiesOf(gltf);
+    await gltf.load(tableAccessors(properties));
+    return tablesOf(gltf, properties, scene);
+  }
+}
+
+// The page's own, whatever becomes of the scene. index.html says under which name.
+/** @param {SiteFiles} files @returns {Promise<Shaders>} */
+export const loadShaders = (files) => files.json(document.documentElement.dataset.shaders ?? 'shaders.json');
+
+// Arrays as the renderer takes them. `mesh`: the scene's own, or its coarse one.
+/** @param {MeshFile} mesh @returns {Promise<Mesh>} */
+export async function loadMesh({source}) {
+  const mesh = await source.mesh();
+  if (source.coarse !== null) await source.release();
+  return mesh;
+}
+
+// Four bytes for each of the mesh's vertices, of a surface whose colours are in a file of their own.
+/** @param {Scene} scene */
+export const loadColors = ({mesh}) => mesh.source.colors();
+
+/** @param {Scene} scene @returns {Promise<Tables>} */
+export async function loadTables(scene) {
+  const tables = await scene.mesh.source.tables(scene);
+  await scene.mesh.source.release();
+  return tables;
+}
+
+/** @type {ImageBitmapOptions} */
+const AS_IT_IS = {premultiplyAlpha: 'none', colorSpaceConversion: 'none', imageOrientation: 'none'};
+
+// Pixels of an image as they are in the file: no colour management, not turned. One that is too large for the GPU is
+// scaled down.
+/** @param {SiteFiles} files @param {string} name @param {View} view @param {ResizeQuality} quality */
+function loadImage(files, name, view, quality) {
+  const scale = Math.min(1, MOST_SIDE / Math.max(view.width, view.height));
+  const size = scale === 1 ? {} : {
+    resizeWidth: Math.ceil(view.width * scale), resizeHeight: Math.ceil(view.height * scale), resizeQuality: quality,
+  };
+  return files.read(name, async (blob) => {
+    const image = await createImageBitmap(blob, {...AS_IT_IS, ...size});
+    const isWhole = scale < 1 || (image.width === view.width && image.height === view.height);
+    if (!isWhole) throw new Error('it has another size than its view');
+    return image;
+  });
+}
+
+// A view's validity and rims (atlas/README.md); null: all of it is valid.
+/** @param {SiteFiles} files @param {View} view */
+export async function loadMask(files, view) {
+  return view.mask === null ? null : loadImage(files, view.mask, view, 'pixelated');
+}
+
+/** @param {SiteFiles} files @param {View} view */
+export const loadPhotograph = (files, view) => loadImage(files, view.photograph, view, 'high');
