@@ -264,9 +264,9 @@ float depth_scale(const StoredView& view) {
   constexpr std::size_t kStride = 16;
   std::vector<double> depths;
   std::size_t finite = 0;
-  for (const float each : view.mask->depth) {
+  view.mask->depth.for_each([&](std::size_t, float each) {
     if (std::isfinite(each) && each > 0 && finite++ % kStride == 0) depths.push_back(static_cast<double>(each));
-  }
+  });
   const float depth = depths.empty() ? 0 : static_cast<float>(percentile(depths, kShare));
   return depth > 0 ? std::exp2(std::floor(std::log2(depth))) : 1;
 }

@@ -40,6 +40,10 @@ void require_photograph_of(const std::string& view, const Camera& camera, const 
   }
 }
 
+void require_photograph_of(const std::string& view, const Camera& camera, const StoredPhotograph& photograph) {
+  require_size(view, "photograph", photograph.width(), photograph.height(), camera);
+}
+
 void require_mask_of(const std::string& view, const Camera& camera, const ViewMask& mask) {
   const std::size_t pixels = pixels_of(camera);
   require_count(view, "depth", mask.depth.size(), pixels);
@@ -64,13 +68,13 @@ float median_depth(const StoredView& view, float below) {
   constexpr std::size_t kStride = 16;
   std::vector<float> depths;
   std::size_t finite = 0;
-  for (const float depth : view.mask->depth) {
+  view.mask->depth.for_each([&](std::size_t, float depth) {
     if (std::isfinite(depth) && depth > 0 && depth < below && finite++ % kStride == 0) depths.push_back(depth);
-  }
+  });
   return depths.empty() ? 0 : upper_median(depths);
 }
 
-StoredView make_stored_view(std::string name, const Camera& camera, std::shared_ptr<const Photograph> photograph,
+StoredView make_stored_view(std::string name, const Camera& camera, std::shared_ptr<const StoredPhotograph> photograph,
                             VisibilityBuffer visible, const ValidityOptions& options, std::vector<std::uint8_t> trust) {
   if (!photograph) throw std::invalid_argument("view " + name + ": photograph is null");
   require_photograph_of(name, camera, *photograph);
@@ -83,7 +87,7 @@ StoredView make_stored_view(std::string name, const Camera& camera, std::shared_
 
 StoredView make_stored_view(std::string name, const Camera& camera, Photograph photograph, VisibilityBuffer visible,
                             const ValidityOptions& options, std::vector<std::uint8_t> trust) {
-  return make_stored_view(std::move(name), camera, std::make_shared<const Photograph>(std::move(photograph)),
+  return make_stored_view(std::move(name), camera, std::make_shared<const StoredPhotograph>(std::move(photograph)),
                           std::move(visible), options, std::move(trust));
 }
 

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "atlas/images/photograph.h"
+#include "atlas/images/stored_photograph.h"
 #include "atlas/validity.h"
 #include "atlas/view_mask.h"
 #include "mesh/camera.h"
@@ -23,13 +24,15 @@ namespace lumatlas {
 struct StoredView {
   std::string name;
   Camera camera;
-  std::shared_ptr<const Photograph> photograph;  // as large as the camera's image
-  std::shared_ptr<const ViewMask> mask;          // as large as the camera's image
+  std::shared_ptr<const StoredPhotograph> photograph;  // as large as the camera's image
+  std::shared_ptr<const ViewMask> mask;                // as large as the camera's image
 };
 
 // Throws std::invalid_argument, naming the view, the list and its size, unless the photograph is as large as its camera
 // says, `rgb` has three values per pixel, and `valid` has one per pixel or none.
 void require_photograph_of(const std::string& view, const Camera& camera, const Photograph& photograph);
+// The same of one that is stored, whose lists have been checked.
+void require_photograph_of(const std::string& view, const Camera& camera, const StoredPhotograph& photograph);
 
 // Throws std::invalid_argument, naming the view, the list and its size, unless every list of the mask has one value per
 // pixel of the camera's image (`trust` and `rim`: or none).
@@ -46,7 +49,7 @@ void check(const StoredView& view);
 // Completes a view with its mask. `visible` is what the camera sees at its own resolution. Throws std::invalid_argument
 // unless camera, photograph, `visible` and `trust` (as in ViewMask) are of one size and the options pass check().
 [[nodiscard]] StoredView make_stored_view(std::string name, const Camera& camera,
-                                          std::shared_ptr<const Photograph> photograph, VisibilityBuffer visible,
+                                          std::shared_ptr<const StoredPhotograph> photograph, VisibilityBuffer visible,
                                           const ValidityOptions& options, std::vector<std::uint8_t> trust = {});
 // The same for a photograph that no other view has.
 [[nodiscard]] StoredView make_stored_view(std::string name, const Camera& camera, Photograph photograph,

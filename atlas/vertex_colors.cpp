@@ -9,6 +9,7 @@
 #include <array>
 #include <cmath>
 #include <glm/glm.hpp>
+#include <iterator>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -39,7 +40,7 @@ void add_sample(const StoredView& view, const glm::dvec3& world, std::uint32_t v
   if (!(image.x >= 0 && image.y >= 0 && image.x < view.camera.width && image.y < view.camera.height)) return;
   const std::size_t pixel = static_cast<std::size_t>(image.y) * view.camera.width + static_cast<std::size_t>(image.x);
   if (cam.z > view.mask->depth[pixel] * (1 + kOcclusionTolerance) || view.mask->validity[pixel] == 0) return;
-  const std::uint8_t* const rgb = &view.photograph->rgb[3 * pixel];
+  const StoredPhotograph::Color rgb = view.photograph->color(pixel);
   samples.push_back(
       {vertex & 0x7fffffffu, view.mask->at_rim(pixel) ? 1u : 0u, rgb[0], rgb[1], rgb[2], view.mask->validity[pixel]});
 }
@@ -174,7 +175,17 @@ std::uint64_t VertexColors::samples_counted() const {
 
 void VertexColors::update(const std::shared_ptr<const Surface>& surface,
                           std::span<const std::shared_ptr<const StoredView>> views, std::span<const glm::dvec3> gains) {
-  if (surface != surface_) begin(surface);
+  if (surface != surface_) {
+    const bool only_moved = surface_ && surface_->mesh.positions.size() == surface->mesh.positions.size() &&
+                            surface_->mesh.faces == surface->mesh.faces &&
+                            surface_->mesh.colors == surface->mesh.colors;
+    if (only_moved) {
+      move_vertices(surface->mesh, views);
+      surface_ = surface;
+    } else {
+      begin(surface);
+    }
+  }
   follow(views, gains);
   if (!any_changed_) return;
   const auto colors = colors_ ? std::make_shared<Colors>(*colors_) : std::make_shared<Colors>(sums_.size());
@@ -198,36 +209,67 @@ void VertexColors::begin(const std::shared_ptr<const Surface>& surface) {
   surface_ = surface;
 }
 
+// Views that have changed too are projected as a whole afterwards: see follow().
+void VertexColors::move_vertices(const Mesh& mesh, std::span<const std::shared_ptr<const StoredView>> views) {
+  std::vector<std::uint32_t> moved;
+  for (std::uint32_t vertex = 0; vertex < mesh.positions.size(); ++vertex) {
+    if (mesh.positions[vertex] != surface_->mesh.positions[vertex]) moved.push_back(vertex);
+  }
+  for (std::size_t slot = 0; slot < std::min(shown_.size(), views.size()); ++slot) {
+    if (views[slot] && is_of(shown_[slot], views[slot])) sample_again(shown_[slot], *views[slot], mesh, moved);
+  }
+}
+
+// `vertices` ascend.
+void VertexColors::sample_again(Shown& shown, const StoredView& view, const Mesh& mesh,
+                                std::span<const std::uint32_t> vertices) {
+  std::vector<VertexSample> before, stay, now, all;
+  std::partition_copy(shown.samples.begin(), shown.samples.end(), std::back_inserter(before), std::back_inserter(stay),
+                      [&](const VertexSample& sample) {
+                        return std::binary_search(vertices.begin(), vertices.end(), std::uint32_t{sample.vertex});
+                      });
+  for (const std::uint32_t vertex : vertices) add_sample(view, glm::dvec3(mesh.positions[vertex]), vertex, now);
+  count(before, shown.gain, Count::take_away);
+  count(now, shown.gain, Count::add);
+  std::merge(stay.begin(), stay.end(), now.begin(), now.end(), std::back_inserter(all),
+             [](const VertexSample& a, const VertexSample& b) { return a.vertex < b.vertex; });
+  shown.samples = std::move(all);
+}
+
+bool VertexColors::is_of(const Shown& shown, const std::shared_ptr<const StoredView>& view) {
+  return !shown.view.owner_before(view) && !view.owner_before(shown.view);
+}
+
 void VertexColors::follow(std::span<const std::shared_ptr<const StoredView>> views, std::span<const glm::dvec3> gains) {
   shown_.resize(views.size());
   for (std::size_t slot = 0; slot < views.size(); ++slot) {
     Shown& shown = shown_[slot];
-    const bool same_view = !shown.view.owner_before(views[slot]) && !views[slot].owner_before(shown.view);
+    const bool same_view = is_of(shown, views[slot]);
     if (same_view && (!views[slot] || shown.gain == gains[slot])) continue;
-    count(shown, Count::take_away);
+    count(shown.samples, shown.gain, Count::take_away);
     if (!same_view) {
       shown.samples = views[slot] ? samples_of(*views[slot], surface_->mesh) : std::vector<VertexSample>{};
       shown.view = views[slot];
     }
     shown.gain = gains[slot];
-    count(shown, Count::add);
+    count(shown.samples, shown.gain, Count::add);
   }
 }
 
 // A view shows a vertex once at most, so that threads never meet at one.
-void VertexColors::count(const Shown& shown, Count how) {
-  if (shown.samples.empty()) return;
-  const SampleWeights weights(shown.gain);
-  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, shown.samples.size(), kVertexBlock),
+void VertexColors::count(std::span<const VertexSample> samples, const glm::dvec3& gain, Count how) {
+  if (samples.empty()) return;
+  const SampleWeights weights(gain);
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, samples.size(), kVertexBlock),
                     [&](const tbb::blocked_range<std::size_t>& range) {
                       for (std::size_t i = range.begin(); i != range.end(); ++i) {
-                        const VertexSample& sample = shown.samples[i];
+                        const VertexSample& sample = samples[i];
                         ColorSum& sum = sums_[sample.vertex];
                         sum = how == Count::add ? sum + weights(sample) : sum - weights(sample);
                         changed_[sample.vertex] = 1;
                       }
                     });
-  samples_counted_ += shown.samples.size();
+  samples_counted_ += samples.size();
   any_changed_ = true;
 }
 

@@ -54,8 +54,8 @@ struct VertexSample {
 
 // The same colours, to the bit, as a VertexColorMean to which all views were added, for a store that changes: a view is
 // projected onto the vertices once, and 8 bytes are kept for each that it shows. A view that comes, goes or has another
-// gain is added to the sums, or taken away from them, and no other view is looked at. Every call is safe from any
-// thread.
+// gain is added to the sums, or taken away from them, and no other view is looked at. Where vertices have moved and the
+// faces between them are the same, those vertices alone are projected again. Every call is safe from any thread.
 class VertexColors {
  public:
   using Colors = std::vector<glm::u8vec3>;  // sRGB, one per vertex
@@ -78,12 +78,15 @@ class VertexColors {
     std::vector<VertexSample> samples;  // ascending by vertex
   };
 
+  [[nodiscard]] static bool is_of(const Shown& shown, const std::shared_ptr<const StoredView>& view);
   void begin(const std::shared_ptr<const Surface>& surface);
+  void move_vertices(const Mesh& mesh, std::span<const std::shared_ptr<const StoredView>> views);
+  void sample_again(Shown& shown, const StoredView& view, const Mesh& mesh, std::span<const std::uint32_t> vertices);
   void update(const std::shared_ptr<const Surface>& surface, std::span<const std::shared_ptr<const StoredView>> views,
               std::span<const glm::dvec3> gains);
   void follow(std::span<const std::shared_ptr<const StoredView>> views, std::span<const glm::dvec3> gains);
   enum class Count { add, take_away };
-  void count(const Shown& shown, Count how);
+  void count(std::span<const VertexSample> samples, const glm::dvec3& gain, Count how);
   void color_changed(Colors& colors) const;
   void spread(Colors& colors);
 

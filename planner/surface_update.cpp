@@ -95,10 +95,11 @@ void Planner::mask_edges_by(const ValidityOptions& validity) {
 bool Planner::make_depth_again(std::uint32_t slot) {
   const std::shared_ptr<const StoredView> old = atlas_.view(slot);
   VisibilityBuffer visible = visibility_->trace_sparsely(old->camera);
-  const bool same_depth = visible.depth == old->mask->depth;
+  const bool same_depth = old->mask->depth == visible.depth;
   if (same_depth && atlas_.layout().whole_views()) return false;
-  TiledView tiled = make_tiled_view(old->name, old->camera, old->photograph, std::move(visible),
-                                    atlas_.surface()->cells, atlas_.layout(), options_.validity, old->mask->trust);
+  TiledView tiled =
+      make_tiled_view(old->name, old->camera, old->photograph, std::move(visible), atlas_.surface()->cells,
+                      atlas_.layout(), options_.validity, old->mask->trust.all());
   atlas_.replace_mask(slot, std::move(tiled.view.mask), std::move(tiled.shown));
   refiner_.replaced(slot);
   return !same_depth;

@@ -13,6 +13,8 @@ constexpr lumatlas::ImageCode kImageCode{
     lumatlas::read_camera_note,
     lumatlas::read_photograph,
     lumatlas::read_photograph,
+    lumatlas::read_photograph_rows,
+    lumatlas::read_photograph_rows,
     lumatlas::read_alpha,
     lumatlas::read_grey_image,
     lumatlas::encode_image,

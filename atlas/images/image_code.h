@@ -39,6 +39,8 @@ struct ImageCode {
   CameraNote (*read_camera_note)(const std::filesystem::path&);
   Photograph (*read_file)(const std::filesystem::path&, Orientation);
   Photograph (*read_bytes)(std::span<const std::uint8_t>, const std::string&);
+  ImageSize (*read_rows_of_file)(const std::filesystem::path&, const PixelRows&);
+  ImageSize (*read_rows_of_bytes)(std::span<const std::uint8_t>, const std::string&, const PixelRows&);
   std::vector<std::uint8_t> (*read_alpha)(const std::filesystem::path&, Orientation);
   GreyImage (*read_grey_image)(const std::filesystem::path&);
   std::vector<std::uint8_t> (*encode_image)(const Photograph&, const ImageCoding&, const std::optional<CameraNote>&);

@@ -64,6 +64,14 @@ Photograph read_photograph(std::span<const std::uint8_t> file, const std::string
   return image_code().read_bytes(file, name);
 }
 
+ImageSize read_photograph_rows(const fs::path& path, const PixelRows& use) {
+  return image_code().read_rows_of_file(path, use);
+}
+
+ImageSize read_photograph_rows(std::span<const std::uint8_t> file, const std::string& name, const PixelRows& use) {
+  return image_code().read_rows_of_bytes(file, name, use);
+}
+
 std::vector<std::uint8_t> read_alpha(const fs::path& path, Orientation orientation) {
   return image_code().read_alpha(path, orientation);
 }

@@ -28,10 +28,11 @@ ImageLevel finest_level(const StoredView& view, const ImageRect& rect) {
   const std::int64_t last_x = std::int64_t{view.camera.width} - 1;
   const std::int64_t last_y = std::int64_t{view.camera.height} - 1;
   std::uint8_t* texel = level.rgba.data();
-  const std::uint8_t *const rgb = view.photograph->rgb.data(), *const validity = view.mask->validity.data();
-  const auto put = [&](std::int64_t pixel) {
-    std::copy_n(rgb + 3 * pixel, 3, texel);
-    texel[3] = validity[pixel];
+  const auto put = [&](std::int64_t number) {
+    const auto pixel = static_cast<std::size_t>(number);
+    const StoredPhotograph::Color color = view.photograph->color(pixel);
+    std::copy(color.begin(), color.end(), texel);
+    texel[3] = view.mask->validity[pixel];
     texel += 4;
   };
   // Columns from `inside` to `beyond` are the image's.
@@ -108,7 +109,7 @@ std::vector<ImageLevel> image_levels(const StoredView& view, const ImageRect& re
   require_levels(rect.width, rect.height, levels);
   check(view.camera);
   require_photograph_of(view.name, view.camera, *view.photograph);
-  if (view.mask->validity.size() != view.photograph->rgb.size() / 3) {
+  if (view.mask->validity.size() != view.photograph->pixels()) {
     throw std::invalid_argument("image levels: view " + view.name + ": validity has " +
                                 std::to_string(view.mask->validity.size()) + " values, must have one per pixel");
   }

@@ -341,7 +341,8 @@ std::array<std::size_t, 3> rgb_channels(const OIIO::ImageSpec& spec) {
 
 // Rows in bands, so that damage ends the work where it is met: OpenImageIO 2.4 goes on to the last row, and ends the
 // program once what it says of each of them is more than 16 MB.
-void read_pixels(const fs::path& path, OIIO::ImageInput& reader, const TypeDesc& type, void* pixels) {
+template <typename Place>
+void read_bands(const fs::path& path, OIIO::ImageInput& reader, const TypeDesc& type, const Place& place) {
   // A damaged row of a TIFF may be told of once for each row before it.
   const int rows = std::string_view(reader.format_name()) == "tiff" ? 1 : 256;
   const OIIO::ImageSpec& spec = reader.spec();
@@ -353,13 +354,38 @@ void read_pixels(const fs::path& path, OIIO::ImageInput& reader, const TypeDesc&
   const TypeDesc wanted = spec.format == type && spec.channelformats.empty() ? TypeDesc(TypeDesc::UNKNOWN) : type;
   for (int row = 0; row < spec.height; row += std::min(band, spec.height - row)) {
     const int first = spec.y + row, last = first + std::min(band, spec.height - row);
-    void* const to = static_cast<std::uint8_t*>(pixels) + row_bytes * static_cast<std::size_t>(row);
+    void* const to = place.before(static_cast<std::size_t>(row), row_bytes, static_cast<std::size_t>(last - first));
     const bool is_read = tiled ? reader.read_tiles(0, 0, spec.x, spec.x + spec.width, first, last, spec.z, spec.z + 1,
                                                    0, spec.nchannels, wanted, to)
                                : reader.read_scanlines(0, 0, first, last, spec.z, 0, spec.nchannels, wanted, to);
     if (!is_read) fail(path, "is damaged or cut off" + because(reader.geterror()));
+    place.after(static_cast<std::size_t>(row));
   }
 }
+
+// All rows of an image.
+struct WholeImage {
+  std::uint8_t* pixels;
+  [[nodiscard]] void* before(std::size_t row, std::size_t row_bytes, std::size_t) const {
+    return pixels + row_bytes * row;
+  }
+  void after(std::size_t) const {}
+};
+
+void read_pixels(const fs::path& path, OIIO::ImageInput& reader, const TypeDesc& type, void* pixels) {
+  read_bands(path, reader, type, WholeImage{static_cast<std::uint8_t*>(pixels)});
+}
+
+// One band after the other, each handed on.
+struct EachBand {
+  const PixelRows& use;
+  std::vector<std::uint8_t>& band;
+  [[nodiscard]] void* before(std::size_t, std::size_t row_bytes, std::size_t rows) const {
+    band.resize(row_bytes * rows);
+    return band.data();
+  }
+  void after(std::size_t row) const { use(static_cast<std::uint32_t>(row), band); }
+};
 
 // Reads the pixels as stored, as 8-bit sRGB.
 template <typename Sample>
@@ -509,13 +535,46 @@ CameraNote camera_note_of(Source& source) {
   return note;
 }
 
-Photograph read_from(Source& source, Orientation orientation) {
+// A file that has been found sound, and is open.
+struct SoundImage {
+  Opened image;
+  Header header;
+};
+
+SoundImage open_sound(Source& source, Orientation orientation) {
   // A format that is read several times is held in memory, so that header, checks and decoder see one file; others are
   // opened once.
   if (may_be_in_memory(format_of(source))) source.hold();
-  Opened image = reader_for(source);
-  if (source.in_memory()) check_complete(source, image.format);
-  const Header header = checked_header(source, image, orientation);
+  SoundImage sound{reader_for(source), {}};
+  if (source.in_memory()) check_complete(source, sound.image.format);
+  sound.header = checked_header(source, sound.image, orientation);
+  return sound;
+}
+
+// Hands the pixels to `use` without holding all of them. False if they must be turned or converted.
+bool stream_rows(const Source& source, Opened& image, const Header& header, const PixelRows& use) {
+  if (header.orientation != 1) return false;
+  if (image.format == Format::jpeg) {
+    return decode_jpeg_rows(source.bytes(), source.path(), static_cast<std::uint32_t>(header.width),
+                            static_cast<std::uint32_t>(header.height), use);
+  }
+  if (image.format != Format::png || !image.profile.empty()) return false;
+  const OIIO::ImageSpec& spec = image.reader->spec();
+  require_size_of(source.path(), header, spec);
+  if (spec.nchannels != 3 || spec.format != TypeDesc::UINT8) return false;
+  std::vector<std::uint8_t> band;
+  read_bands(source.path(), *image.reader, TypeDesc::UINT8, EachBand{use, band});
+  return true;
+}
+
+ImageSize read_rows_from(Source& source, const PixelRows& use) {
+  auto [image, header] = open_sound(source, Orientation::exif);
+  if (!stream_rows(source, image, header, use)) use(0, upright_rgb(stored_rgb(source, image, header), header));
+  return upright_size(header);
+}
+
+Photograph read_from(Source& source, Orientation orientation) {
+  auto [image, header] = open_sound(source, orientation);
   const ImageSize size = upright_size(header);
   Photograph photo;
   photo.width = size.width;
@@ -614,6 +673,16 @@ GreyImage read_grey_image(const fs::path& path) {
 Photograph read_photograph(std::span<const std::uint8_t> file, const std::string& name) {
   Source source(file, name);
   return read_from(source, Orientation::exif);
+}
+
+ImageSize read_photograph_rows(const fs::path& path, const PixelRows& use) {
+  Source source(path);
+  return read_rows_from(source, use);
+}
+
+ImageSize read_photograph_rows(std::span<const std::uint8_t> file, const std::string& name, const PixelRows& use) {
+  Source source(file, name);
+  return read_rows_from(source, use);
 }
 
 }  // namespace lumatlas

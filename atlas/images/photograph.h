@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <span>
 #include <string>
@@ -60,6 +61,15 @@ struct CameraNote {
 // also for a file that is cut off or whose coded pixels are damaged, as far as its decoder can tell.
 [[nodiscard]] Photograph read_photograph(const std::filesystem::path& path,
                                          Orientation orientation = Orientation::exif);
+
+// Takes rows of pixels, three values of sRGB each, from the row `first_row` on.
+using PixelRows = std::function<void(std::uint32_t first_row, std::span<const std::uint8_t> rgb)>;
+
+// Reads the same pixels, upright, and hands them to `use` in bands of rows from the top. Of a JPEG or PNG that is
+// neither turned nor of another colour space than sRGB it holds a band in memory, of other files all pixels. Throws as
+// read_photograph() does, before or between calls of `use`. Returns the size.
+ImageSize read_photograph_rows(const std::filesystem::path& path, const PixelRows& use);
+ImageSize read_photograph_rows(std::span<const std::uint8_t> file, const std::string& name, const PixelRows& use);
 
 // The alpha of each pixel of a file that read_photograph() reads, 0 to 255; empty where the file has none. Throws
 // InputError.

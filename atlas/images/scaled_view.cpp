@@ -72,9 +72,8 @@ class Scaling {
         const std::size_t pixel = (down.first + row) * view_.camera.width + across.first + column;
         const double weight =
             down.shares[row] * across.shares[column] * (by_validity ? view_.mask->validity[pixel] / 255.0 : 1.0);
-        for (std::size_t channel = 0; channel < 3; ++channel) {
-          total.at(channel) += weight * linear[view_.photograph->rgb[3 * pixel + channel]];
-        }
+        const StoredPhotograph::Color color = view_.photograph->color(pixel);
+        for (std::size_t channel = 0; channel < 3; ++channel) total.at(channel) += weight * linear[color.at(channel)];
         total[3] += weight;
       }
     }
@@ -142,7 +141,8 @@ ScaledView scaled_view(const StoredView& view, double factor) {
     throw std::invalid_argument("scaled view: the factor is " + std::to_string(factor) + ", must be in (0, 1]");
   }
   if (factor < 1) return Scaling(view, factor, true).run();
-  ScaledView same{view.camera.width, view.camera.height, *view.photograph, view.mask->validity, view.mask->rim};
+  ScaledView same{view.camera.width, view.camera.height, *view.photograph->whole(), view.mask->validity.all(),
+                  view.mask->rim.all()};
   same.rim.resize(view.mask->validity.size(), 0);
   return same;
 }

@@ -87,8 +87,7 @@ class VersionWriter {
     const std::shared_ptr<const StoredView> before = std::exchange(known.view, snapshot_.views[slot]);
     if (!known.view) return;
     const StoredView& now = *known.view;
-    const bool same =
-        before && (before->photograph == now.photograph || before->photograph->rgb == now.photograph->rgb);
+    const bool same = before && (before->photograph == now.photograph || *before->photograph == *now.photograph);
     if (!same || !known.is_known()) {
       const ImageCoding small{ImageFormat::jpeg, 80};
       known.photograph = put_image(ModelImageKind::photograph, FormPart::photograph, slot, "",

@@ -28,7 +28,7 @@ void grow_to_blocks(std::vector<std::uint8_t>& mask, std::uint32_t width, std::u
 // Black where no tile is resident.
 Photograph resident_part(const Snapshot& snapshot, std::uint32_t slot, ImageFormat format) {
   const StoredView& view = *snapshot.views[slot];
-  Photograph part = *view.photograph;
+  Photograph part = *view.photograph->whole();
   if (snapshot.tiles.whole_views()) return part;
   std::vector<std::uint8_t> resident = snapshot.tiles.resident_pixels(slot, view.camera);
   if (format != ImageFormat::png) grow_to_blocks(resident, view.camera.width, view.camera.height);
@@ -65,7 +65,7 @@ std::vector<ModelImage> images_of(const Snapshot& snapshot, const ImageCoding& p
     const StoredView& view = *snapshot.views[slot];
     const std::string name = numbered_image(number++);
     images.push_back({ModelImageKind::photograph, slot, {name, ending(photographs.format)}, photographs});
-    if (!packed && !view.photograph->valid.empty()) {
+    if (!packed && view.photograph->has_lens_mask()) {
       images.push_back({ModelImageKind::lens_mask, slot, {name + "-lens", ".png"}, {}});
     }
     if (!packed && !view.mask->trust.empty()) {
@@ -113,9 +113,9 @@ std::vector<std::uint8_t> encoded(const ModelImage& image, const Snapshot& snaps
   const StoredView& view = *snapshot.views[image.slot];
   switch (image.kind) {
     case ModelImageKind::lens_mask:
-      return encode_image(grey_image(view.camera, view.photograph->valid), image.coding);
+      return encode_image(grey_image(view.camera, view.photograph->valid()), image.coding);
     case ModelImageKind::trust_mask:
-      return encode_image(grey_image(view.camera, view.mask->trust), image.coding);
+      return encode_image(grey_image(view.camera, view.mask->trust.all()), image.coding);
     case ModelImageKind::mask:
       return mask_file(view);
     case ModelImageKind::thumbnail:

@@ -1,10 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include <tbb/parallel_for.h>
-
 #include <algorithm>
-#include <chrono>
 #include <cmath>
-#include <exception>
 #include <glm/glm.hpp>
 #include <iterator>
 #include <map>
@@ -22,11 +18,12 @@
 #include "atlas/model/model_extension.h"
 #include "atlas/model/model_file.h"
 #include "atlas/model/model_ranges.h"
+#include "atlas/model/read_views.h"
 #include "atlas/model/tileset_file.h"
+#include "atlas/model/watch.h"
 #include "mesh/base/errors.h"
 #include "mesh/base/number_text.h"
 #include "mesh/base/whole_file.h"
-#include "mesh/visibility/ray_visibility.h"
 
 namespace lumatlas {
 
@@ -42,28 +39,6 @@ constexpr AccessorType kPositions{TINYGLTF_COMPONENT_TYPE_FLOAT, TINYGLTF_TYPE_V
 constexpr AccessorType kColors{TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT, TINYGLTF_TYPE_VEC4};
 constexpr AccessorType kShares{TINYGLTF_COMPONENT_TYPE_UNSIGNED_BYTE, TINYGLTF_TYPE_VEC4};
 constexpr AccessorType kPlaces{TINYGLTF_COMPONENT_TYPE_UNSIGNED_SHORT, TINYGLTF_TYPE_VEC2};
-
-class Watch {
- public:
-  // Since the last lap, or the beginning.
-  double lap_ms() {
-    const auto last = std::exchange(last_, std::chrono::steady_clock::now());
-    return std::chrono::duration<double, std::milli>(last_ - last).count();
-  }
-
- private:
-  std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
-};
-
-// A stored view, less its pixels.
-struct ViewEntry {
-  std::string name;
-  Camera camera;
-  glm::dvec3 gain{1.0};
-  GltfImage image;
-  std::optional<GltfImage> lens_mask, trust_mask;
-  std::optional<GltfImage> mask, thumbnail;  // what a page shows; their pixels are not read
-};
 
 // The last vertices of a file may be copies for fade zones or for a base texture, which are left out of the surface.
 struct ReadSurface {
@@ -138,15 +113,6 @@ class ModelReader {
   [[nodiscard]] std::vector<ViewEntry> view_entries() const;
   void require_own_images(const std::vector<ViewEntry>& entries) const;
   [[nodiscard]] GltfImage image(const GltfFile::Object& view, const std::string& where, const char* name) const;
-  [[nodiscard]] Photograph sized_image(const GltfImage& image, const Camera& camera) const;
-  [[nodiscard]] std::vector<std::uint8_t> mask(const std::optional<GltfImage>& image, const Camera& camera) const;
-  [[nodiscard]] StoredView load(const ViewEntry& entry, const RayVisibility& visibility,
-                                std::span<const std::uint8_t> drawn, const ValidityOptions& options,
-                                ReadTimes& times) const;
-  [[nodiscard]] std::vector<std::shared_ptr<const StoredView>> load_all(const std::vector<ViewEntry>& entries,
-                                                                        const Mesh& mesh, const TileTable& tiles,
-                                                                        const ValidityOptions& options,
-                                                                        ReadTimes& times) const;
 
   std::unique_ptr<TilesetFile> tileset_;
   GltfFile file_;                      // the surface
@@ -513,85 +479,6 @@ void ModelReader::require_own_images(const std::vector<ViewEntry>& entries) cons
   }
 }
 
-ImageSize size_of(const GltfImage& image) {
-  return image.bytes.empty() ? photograph_size(image.file) : photograph_size(image.bytes, image.file.string());
-}
-
-Photograph ModelReader::sized_image(const GltfImage& image, const Camera& camera) const {
-  const ImageSize size = size_of(image);
-  if (size.width != camera.width || size.height != camera.height) {
-    throw InputError(image.file.string() + ": is " + size_text(size.width, size.height) + ", its view in " +
-                     whole_file_.path().string() + " says " + size_text(camera.width, camera.height));
-  }
-  return image.bytes.empty() ? read_photograph(image.file) : read_photograph(image.bytes, image.file.string());
-}
-
-// The red of an image, one value per pixel; none without an image.
-std::vector<std::uint8_t> ModelReader::mask(const std::optional<GltfImage>& image, const Camera& camera) const {
-  if (!image) return {};
-  const Photograph picture = sized_image(*image, camera);
-  std::vector<std::uint8_t> values(picture.rgb.size() / 3);
-  for (std::size_t pixel = 0; pixel < values.size(); ++pixel) values[pixel] = picture.rgb[3 * pixel];
-  return values;
-}
-
-// `drawn` says of each pixel whether it, or the mask of one that may be drawn, needs its depth; empty: all do.
-StoredView ModelReader::load(const ViewEntry& entry, const RayVisibility& visibility,
-                             std::span<const std::uint8_t> drawn, const ValidityOptions& options,
-                             ReadTimes& times) const {
-  Watch watch;
-  Photograph photograph = sized_image(entry.image, entry.camera);
-  photograph.valid = mask(entry.lens_mask, entry.camera);
-  std::vector<std::uint8_t> trust = mask(entry.trust_mask, entry.camera);
-  times.images = watch.lap_ms();
-  VisibilityBuffer visible;
-  if (drawn.empty()) {
-    visibility.trace_sparsely(entry.camera, visible);
-  } else {
-    visibility.trace_part(entry.camera, drawn, visible);
-  }
-  times.depth = watch.lap_ms();
-  StoredView view =
-      make_stored_view(entry.name, entry.camera, std::move(photograph), std::move(visible), options, std::move(trust));
-  times.masks = watch.lap_ms();
-  return view;
-}
-
-// If several views cannot be read, the first is reported, whichever thread was faster.
-std::vector<std::shared_ptr<const StoredView>> ModelReader::load_all(const std::vector<ViewEntry>& entries,
-                                                                     const Mesh& mesh, const TileTable& tiles,
-                                                                     const ValidityOptions& options,
-                                                                     ReadTimes& times) const {
-  const RayVisibility visibility(mesh);
-  // The mask of a pixel depends on depths as far away as the fade, and as the edges of what is beyond it.
-  TileTable around = tiles;
-  around.options.gutter_px += options.fade_px + 1 + options.edge_radius_px;
-  std::vector<std::shared_ptr<const StoredView>> views(entries.size());
-  std::vector<std::exception_ptr> errors(entries.size());
-  std::vector<ReadTimes> of_view(entries.size());
-  tbb::parallel_for(std::size_t{0}, entries.size(), [&](std::size_t i) {
-    try {
-      std::vector<std::uint8_t> drawn;
-      if (!tiles.whole_views()) {
-        if (!tiles.has_resident_tile(static_cast<std::uint32_t>(i))) return;  // nothing of the view is shown
-        drawn = around.resident_pixels(static_cast<std::uint32_t>(i), entries[i].camera);
-      }
-      views[i] = std::make_shared<const StoredView>(load(entries[i], visibility, drawn, options, of_view[i]));
-    } catch (...) {
-      errors[i] = std::current_exception();
-    }
-  });
-  for (const std::exception_ptr& error : errors) {
-    if (error) std::rethrow_exception(error);
-  }
-  for (const ReadTimes& view : of_view) {
-    times.images += view.images;
-    times.depth += view.depth;
-    times.masks += view.masks;
-  }
-  return views;
-}
-
 std::vector<std::uint8_t> ModelReader::cells_seen() const {
   return file_.values<std::uint8_t>(file_.accessor(lumigraph_, kLumigraphExtension, "cellSeen"), "cellSeen", kFlags);
 }
@@ -691,7 +578,8 @@ Model ModelReader::model() const {
   if (const std::optional<GltfImage> image = texture(read.vertices)) (void)size_of(*image);
   for (const ViewEntry& entry : entries) snapshot.gains.push_back(entry.gain);
   model.times.tables = watch.lap_ms();
-  snapshot.views = load_all(entries, snapshot.surface->mesh, snapshot.tiles, model.validity, model.times);
+  snapshot.views =
+      read_views(entries, whole_file_.path(), snapshot.surface->mesh, snapshot.tiles, model.validity, model.times);
   leave_out_views_without_tiles(snapshot);
   model.times.views = watch.lap_ms();
   return model;

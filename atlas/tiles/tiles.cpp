@@ -225,7 +225,7 @@ void require_shown_cells_of(const std::string& view, const Camera& camera, std::
   }
 }
 
-TiledView make_tiled_view(std::string name, const Camera& camera, std::shared_ptr<const Photograph> photograph,
+TiledView make_tiled_view(std::string name, const Camera& camera, std::shared_ptr<const StoredPhotograph> photograph,
                           VisibilityBuffer visible, const Cells& cells, const TileOptions& layout,
                           const ValidityOptions& options, std::vector<std::uint8_t> trust) {
   const std::vector<std::uint32_t> face = std::move(visible.face);
@@ -239,7 +239,7 @@ TiledView make_tiled_view(std::string name, const Camera& camera, std::shared_pt
 TiledView make_tiled_view(std::string name, const Camera& camera, Photograph photograph, VisibilityBuffer visible,
                           const Cells& cells, const TileOptions& layout, const ValidityOptions& options,
                           std::vector<std::uint8_t> trust) {
-  return make_tiled_view(std::move(name), camera, std::make_shared<const Photograph>(std::move(photograph)),
+  return make_tiled_view(std::move(name), camera, std::make_shared<const StoredPhotograph>(std::move(photograph)),
                          std::move(visible), cells, layout, options, std::move(trust));
 }
 

@@ -101,7 +101,7 @@ struct TiledView {
 };
 // Like make_stored_view(), with shown_cells() of its result. Throws as both do.
 [[nodiscard]] TiledView make_tiled_view(std::string name, const Camera& camera,
-                                        std::shared_ptr<const Photograph> photograph, VisibilityBuffer visible,
+                                        std::shared_ptr<const StoredPhotograph> photograph, VisibilityBuffer visible,
                                         const Cells& cells, const TileOptions& layout, const ValidityOptions& options,
                                         std::vector<std::uint8_t> trust = {});
 [[nodiscard]] TiledView make_tiled_view(std::string name, const Camera& camera, Photograph photograph,

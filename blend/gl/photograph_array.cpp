@@ -4,6 +4,8 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <cstring>
 #include <string>
 #include <utility>
@@ -118,14 +120,16 @@ std::vector<std::uint8_t> validity_of(const ImageLevel& level) {
 
 // Appends the rows of a part of an image; what lies beyond the image has no values.
 template <typename T>
-void add_part(std::span<const T> values, const Camera& image, const ImageRect& part, std::vector<std::byte>& bytes) {
+void add_part(const PixelList<T>& values, const Camera& image, const ImageRect& part, std::vector<std::byte>& bytes) {
   const std::int64_t left = std::max<std::int64_t>(part.x, 0), top = std::max<std::int64_t>(part.y, 0);
   const std::int64_t right = std::min<std::int64_t>(part.x + part.width, image.width);
   const std::int64_t bottom = std::min<std::int64_t>(part.y + part.height, image.height);
   for (std::int64_t y = top; y < bottom && left < right; ++y) {
-    const auto row = std::as_bytes(
-        values.subspan(static_cast<std::size_t>(y * image.width + left), static_cast<std::size_t>(right - left)));
-    bytes.insert(bytes.end(), row.begin(), row.end());
+    for (std::int64_t x = left; x < right; ++x) {
+      const auto value =
+          std::bit_cast<std::array<std::byte, sizeof(T)>>(values[static_cast<std::size_t>(y * image.width + x)]);
+      bytes.insert(bytes.end(), value.begin(), value.end());
+    }
   }
 }
 
@@ -134,11 +138,10 @@ std::uint64_t digest_of_depths(const StoredView& view, const ImageRect& part, fl
   std::vector<std::byte> bytes(sizeof(scale));
   bytes.reserve(sizeof(scale) + 6 * std::size_t{part.width + 2} * (part.height + 2));
   std::memcpy(bytes.data(), &scale, sizeof(scale));
-  add_part<std::uint8_t>(view.mask->validity, view.camera, {part.x - 1, part.y - 1, part.width + 2, part.height + 2},
-                         bytes);
+  add_part(view.mask->validity, view.camera, {part.x - 1, part.y - 1, part.width + 2, part.height + 2}, bytes);
   for (std::size_t i = sizeof(scale); i < bytes.size(); ++i) bytes[i] = std::byte{bytes[i] != std::byte{0}};
-  add_part<float>(view.mask->depth, view.camera, part, bytes);
-  if (!view.mask->rim.empty()) add_part<std::uint8_t>(view.mask->rim, view.camera, part, bytes);
+  add_part(view.mask->depth, view.camera, part, bytes);
+  if (!view.mask->rim.empty()) add_part(view.mask->rim, view.camera, part, bytes);
   return content_digest(bytes);
 }
 

@@ -103,7 +103,7 @@ class PhotographArray {
   };
   // The contents of a tile place. The parts of the view may be gone from memory.
   struct Held {
-    std::weak_ptr<const Photograph> photograph;
+    std::weak_ptr<const StoredPhotograph> photograph;
     std::weak_ptr<const ViewMask> mask;
     std::uint32_t tile = 0;
     Digests digests;

@@ -13,19 +13,26 @@
 
 namespace lumatlas {
 
-// Writes what they see to the buffer, which has the camera's size. What the last ones see is written by finish(), which
-// must be called at the end.
+// Writes what they see to the buffer, whose first pixel is the camera's pixel at (left, top). What the last ones see is
+// written by finish(), which must be called at the end.
 class PixelPackets {
  public:
-  PixelPackets(const Camera& camera, RTCScene scene, VisibilityBuffer& buffer)
-      : camera_(camera), origin_(camera.center()), sees_(is_traceable(origin_)), scene_(scene), buffer_(buffer) {}
+  PixelPackets(const Camera& camera, std::uint32_t left, std::uint32_t top, RTCScene scene, VisibilityBuffer& buffer)
+      : camera_(camera),
+        left_(left),
+        top_(top),
+        origin_(camera.center()),
+        sees_(is_traceable(origin_)),
+        scene_(scene),
+        buffer_(buffer) {}
 
+  // Takes a pixel of the buffer.
   void add(std::uint32_t x, std::uint32_t y) {
-    const std::size_t pixel = std::size_t{y} * camera_.width + x;
+    const std::size_t pixel = std::size_t{y} * buffer_.width + x;
     buffer_.depth[pixel] = std::numeric_limits<float>::infinity();
     buffer_.face[pixel] = kNoFace;
     // Not unit but one deep, so that the hit's distance along it is its depth.
-    const glm::vec3 direction(camera_.ray({x + 0.5, y + 0.5}));
+    const glm::vec3 direction(camera_.ray({left_ + x + 0.5, top_ + y + 0.5}));
     // A ray of a camera at the end of the universe, or with a vanishing focal length, sees nothing.
     if (!sees_ || !is_traceable(direction)) return;
     packet_.set(rays_, origin_, direction, std::numeric_limits<float>::infinity());
@@ -47,6 +54,7 @@ class PixelPackets {
 
  private:
   const Camera& camera_;
+  std::uint32_t left_, top_;
   glm::vec3 origin_;
   bool sees_;
   RTCScene scene_;

@@ -27,6 +27,10 @@ static_assert(kPacketSide * kPacketSide == EmbreePacket::kRays);
 // Smaller images take little time, and what is thinner than two of their pixels may be large.
 constexpr std::size_t kSparseFromPixels = 1 << 17;
 
+PixelRect whole(const Camera& camera) {
+  return {0, 0, camera.width, camera.height};
+}
+
 }  // namespace
 
 class RayVisibility::Tree {
@@ -39,44 +43,46 @@ class RayVisibility::Tree {
   }
 
   // `wanted` as of trace_part(); empty: everything.
-  void trace(const Camera& camera, std::span<const std::uint8_t> wanted, VisibilityBuffer& buffer) const {
-    resize(camera, buffer);
-    const std::uint32_t columns = (camera.width + kPacketSide - 1) / kPacketSide;
-    const std::uint32_t rows = (camera.height + kPacketSide - 1) / kPacketSide;
+  void trace(const Camera& camera, const PixelRect& window, std::span<const std::uint8_t> wanted,
+             VisibilityBuffer& buffer) const {
+    resize(camera, window, buffer);
+    const std::uint32_t columns = (window.width + kPacketSide - 1) / kPacketSide;
+    const std::uint32_t rows = (window.height + kPacketSide - 1) / kPacketSide;
     tbb::parallel_for(tbb::blocked_range2d<std::uint32_t>(0, rows, 4, 0, columns, 16),
                       [&](const tbb::blocked_range2d<std::uint32_t>& block) {
-                        PixelPackets packets(camera, scene_.get(), buffer);
+                        PixelPackets packets(camera, window.x, window.y, scene_.get(), buffer);
                         for (std::uint32_t row = block.rows().begin(); row != block.rows().end(); ++row) {
                           for (std::uint32_t column = block.cols().begin(); column != block.cols().end(); ++column) {
-                            trace_packet(camera, wanted, column * kPacketSide, row * kPacketSide, packets, buffer);
+                            trace_packet(wanted, column * kPacketSide, row * kPacketSide, packets, buffer);
                           }
                         }
                       });
   }
 
-  void trace_sparsely(const Camera& camera, std::span<const std::uint8_t> wanted, VisibilityBuffer& buffer) const {
-    if (std::size_t{camera.width} * camera.height < kSparseFromPixels) return trace(camera, wanted, buffer);
-    resize(camera, buffer);
-    lumatlas::trace_sparsely(camera, scene_.get(), wanted, buffer);
+  void trace_sparsely(const Camera& camera, const PixelRect& window, std::span<const std::uint8_t> wanted,
+                      VisibilityBuffer& buffer) const {
+    if (whole(camera).pixels() < kSparseFromPixels) return trace(camera, window, wanted, buffer);
+    resize(camera, window, buffer);
+    lumatlas::trace_sparsely(camera, window, scene_.get(), wanted, buffer);
   }
 
  private:
-  static void resize(const Camera& camera, VisibilityBuffer& buffer) {
+  static void resize(const Camera& camera, const PixelRect& window, VisibilityBuffer& buffer) {
     check(camera);
-    buffer.width = camera.width;
-    buffer.height = camera.height;
-    buffer.depth.resize(std::size_t{camera.width} * camera.height);
+    buffer.width = window.width;
+    buffer.height = window.height;
+    buffer.depth.resize(window.pixels());
     buffer.face.resize(buffer.depth.size());
   }
 
   // All rays of a packet or none, for what one of them hits may depend, by rounding, on the others.
-  static void trace_packet(const Camera& camera, std::span<const std::uint8_t> wanted, std::uint32_t left,
-                           std::uint32_t top, PixelPackets& packets, VisibilityBuffer& buffer) {
-    const std::uint32_t right = std::min(left + kPacketSide, camera.width);
-    const std::uint32_t bottom = std::min(top + kPacketSide, camera.height);
+  static void trace_packet(std::span<const std::uint8_t> wanted, std::uint32_t left, std::uint32_t top,
+                           PixelPackets& packets, VisibilityBuffer& buffer) {
+    const std::uint32_t right = std::min(left + kPacketSide, buffer.width);
+    const std::uint32_t bottom = std::min(top + kPacketSide, buffer.height);
     const auto each_pixel = [&](const auto& use) {
       for (std::uint32_t y = top; y < bottom; ++y) {
-        for (std::uint32_t x = left; x < right; ++x) use(x, y, std::size_t{y} * camera.width + x);
+        for (std::uint32_t x = left; x < right; ++x) use(x, y, std::size_t{y} * buffer.width + x);
       }
     };
     bool any_wanted = wanted.empty();
@@ -102,20 +108,39 @@ RayVisibility::RayVisibility(const Mesh& mesh) : tree_(std::make_unique<const Tr
 RayVisibility::~RayVisibility() = default;
 
 void RayVisibility::trace(const Camera& camera, VisibilityBuffer& buffer) const {
-  tree_->trace(camera, {}, buffer);
+  tree_->trace(camera, whole(camera), {}, buffer);
 }
 
 void RayVisibility::trace_sparsely(const Camera& camera, VisibilityBuffer& buffer) const {
-  tree_->trace_sparsely(camera, {}, buffer);
+  tree_->trace_sparsely(camera, whole(camera), {}, buffer);
 }
 
-void RayVisibility::trace_part(const Camera& camera, std::span<const std::uint8_t> wanted,
+PixelRect window_for_part(const Camera& camera, const PixelRect& part) {
+  static constexpr std::uint32_t kAround = 2 * kRaySquareSide;
+  const auto down = [](std::uint32_t from) {
+    return (from - std::min<std::uint32_t>(from, kAround)) / kRaySquareSide * kRaySquareSide;
+  };
+  const auto up = [](std::uint32_t to, std::uint32_t most) {
+    const std::uint64_t squares = (std::uint64_t{to} + kRaySquareSide - 1) / kRaySquareSide;
+    return static_cast<std::uint32_t>(std::min<std::uint64_t>(squares * kRaySquareSide + kAround, most));
+  };
+  const std::uint32_t x = down(part.x), y = down(part.y);
+  return {x, y, up(part.right(), camera.width) - x, up(part.bottom(), camera.height) - y};
+}
+
+void RayVisibility::trace_part(const Camera& camera, const PixelRect& window, std::span<const std::uint8_t> wanted,
                                VisibilityBuffer& buffer) const {
-  if (wanted.size() != std::size_t{camera.width} * camera.height) {
-    throw std::invalid_argument("ray casting: wanted has " + std::to_string(wanted.size()) +
-                                " values, must have one per pixel of " + size_text(camera.width, camera.height));
+  if (!window.is_within(camera.width, camera.height) || window.x % kRaySquareSide != 0 ||
+      window.y % kRaySquareSide != 0) {
+    throw std::invalid_argument("ray casting: the window of " + size_text(window.width, window.height) + " at (" +
+                                std::to_string(window.x) + ", " + std::to_string(window.y) +
+                                ") is none of window_for_part() for " + size_text(camera.width, camera.height));
   }
-  tree_->trace_sparsely(camera, wanted, buffer);
+  if (wanted.size() != window.pixels()) {
+    throw std::invalid_argument("ray casting: wanted has " + std::to_string(wanted.size()) +
+                                " values, must have one per pixel of " + size_text(window.width, window.height));
+  }
+  tree_->trace_sparsely(camera, window, wanted, buffer);
 }
 
 std::unique_ptr<Visibility> make_ray_visibility(const Mesh& mesh) {

@@ -22,8 +22,8 @@ namespace {
 // of itself.
 constexpr float kMostBend = 1e-3f;
 
-constexpr std::uint32_t kSquareSide = 64;  // pixels, of what is traced at once
-constexpr std::uint32_t kBlockSide = 8;    // every fourth of its pixels fill a packet
+constexpr std::uint32_t kSquareSide = kRaySquareSide;
+constexpr std::uint32_t kBlockSide = 8;  // every fourth of its pixels fill a packet
 static_assert(kBlockSide * kBlockSide / 4 == EmbreePacket::kRays);
 
 struct Step {
@@ -31,13 +31,13 @@ struct Step {
 };
 constexpr Step kAcross{1, 0}, kDown{0, 1};
 
-// Squares of an image that are traced at once, row by row.
+// Squares of a window that are traced at once, row by row.
 struct Squares {
   std::uint32_t columns, rows;
 
-  explicit Squares(const Camera& camera)
-      : columns((camera.width + kSquareSide - 1) / kSquareSide),
-        rows((camera.height + kSquareSide - 1) / kSquareSide) {}
+  explicit Squares(const PixelRect& window)
+      : columns((window.width + kSquareSide - 1) / kSquareSide),
+        rows((window.height + kSquareSide - 1) / kSquareSide) {}
   [[nodiscard]] std::size_t number(std::uint32_t column, std::uint32_t row) const {
     return std::size_t{row} * columns + column;
   }
@@ -45,13 +45,13 @@ struct Squares {
 
 // Returns for each square the distance in squares to the nearest one that has a wanted pixel; 3 for all that are
 // farther.
-std::vector<std::uint8_t> squares_away(const Squares& squares, const Camera& camera,
+std::vector<std::uint8_t> squares_away(const Squares& squares, std::uint32_t width,
                                        std::span<const std::uint8_t> wanted) {
   std::vector<std::uint8_t> has_wanted(std::size_t{squares.columns} * squares.rows, wanted.empty() ? 1 : 0);
   for (std::size_t pixel = 0; pixel < wanted.size(); ++pixel) {
     if (wanted[pixel] == 0) continue;
-    const auto x = static_cast<std::uint32_t>(pixel % camera.width);
-    const auto y = static_cast<std::uint32_t>(pixel / camera.width);
+    const auto x = static_cast<std::uint32_t>(pixel % width);
+    const auto y = static_cast<std::uint32_t>(pixel / width);
     has_wanted[squares.number(x / kSquareSide, y / kSquareSide)] = 1;
   }
   const auto distance = [](std::uint32_t a, std::uint32_t b) { return a > b ? a - b : b - a; };
@@ -72,14 +72,16 @@ std::vector<std::uint8_t> squares_away(const Squares& squares, const Camera& cam
 
 class SparseRays {
  public:
-  SparseRays(const Camera& camera, RTCScene scene, std::span<const std::uint8_t> wanted, VisibilityBuffer& buffer)
+  SparseRays(const Camera& camera, const PixelRect& window, RTCScene scene, std::span<const std::uint8_t> wanted,
+             VisibilityBuffer& buffer)
       : camera_(camera),
+        window_(window),
         scene_(scene),
         buffer_(buffer),
-        width_(camera.width),
-        height_(camera.height),
-        squares_(camera),
-        away_(squares_away(squares_, camera, wanted)) {}
+        width_(window.width),
+        height_(window.height),
+        squares_(window),
+        away_(squares_away(squares_, window.width, wanted)) {}
 
   // Each step needs what the one before has found up to three pixels away, so in the squares around.
   void trace() {
@@ -110,9 +112,9 @@ class SparseRays {
   // Block by block, so that rays of a packet are near each other.
   template <typename Takes>
   void trace_square(std::uint32_t left, std::uint32_t top, const Takes& takes) {
-    PixelPackets packets(camera_, scene_, buffer_);
-    const std::uint32_t right = std::min(left + kSquareSide, camera_.width);
-    const std::uint32_t bottom = std::min(top + kSquareSide, camera_.height);
+    PixelPackets packets(camera_, window_.x, window_.y, scene_, buffer_);
+    const std::uint32_t right = std::min(left + kSquareSide, window_.width);
+    const std::uint32_t bottom = std::min(top + kSquareSide, window_.height);
     for (std::uint32_t block_top = top; block_top < bottom; block_top += kBlockSide) {
       for (std::uint32_t block_left = left; block_left < right; block_left += kBlockSide) {
         for (std::uint32_t y = block_top; y < std::min(block_top + kBlockSide, bottom); ++y) {
@@ -157,6 +159,7 @@ class SparseRays {
   }
 
   const Camera& camera_;
+  PixelRect window_;
   RTCScene scene_;
   VisibilityBuffer& buffer_;
   std::int64_t width_, height_;
@@ -166,14 +169,14 @@ class SparseRays {
 
 }  // namespace
 
-void trace_sparsely(const Camera& camera, RTCScene scene, std::span<const std::uint8_t> wanted,
+void trace_sparsely(const Camera& camera, const PixelRect& window, RTCScene scene, std::span<const std::uint8_t> wanted,
                     VisibilityBuffer& buffer) {
   constexpr float kNothing = std::numeric_limits<float>::infinity();
   if (!wanted.empty()) {
     std::fill(buffer.depth.begin(), buffer.depth.end(), kNothing);
     std::fill(buffer.face.begin(), buffer.face.end(), kNoFace);
   }
-  SparseRays(camera, scene, wanted, buffer).trace();
+  SparseRays(camera, window, scene, wanted, buffer).trace();
   for (std::size_t pixel = 0; pixel < wanted.size(); ++pixel) {
     if (wanted[pixel] != 0) continue;
     buffer.depth[pixel] = kNothing;

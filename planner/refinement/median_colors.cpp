@@ -57,8 +57,7 @@ std::size_t pixel_at(const StoredView& view, const glm::dvec2& image) {
 
 // Returns whether the photograph's pixel may be used: the lens shows it, and other views do not contradict it.
 bool is_usable(const StoredView& view, std::size_t pixel) {
-  return (view.photograph->valid.empty() || view.photograph->valid[pixel] != 0) &&
-         (view.mask->trust.empty() || view.mask->trust[pixel] >= kLeastTrust);
+  return view.photograph->is_inside_lens(pixel) && (view.mask->trust.empty() || view.mask->trust[pixel] >= kLeastTrust);
 }
 
 // Neither occluded nor masked; where the mask fades counts as well as elsewhere.
@@ -73,8 +72,8 @@ bool shows_well(const StoredView& view, const Sighting& seen) {
 // See Pyramid::prefetch().
 void prefetch(const ComparedView& other, const Sighting& seen) {
   const std::size_t pixel = pixel_at(*other.view, seen.made.image);
-  __builtin_prefetch(&other.view->mask->validity[pixel]);
-  __builtin_prefetch(&other.view->mask->depth[pixel]);
+  other.view->mask->validity.prefetch(pixel);
+  other.view->mask->depth.prefetch(pixel);
   other.pyramid.prefetch(0, seen.at.image);
 }
 

@@ -81,7 +81,7 @@ double shift_px(const Camera& from, const Camera& to, double depth) {
 }
 
 VisibilityBuffer visibility_of(const StoredView& view, std::span<const SeenFaces> runs) {
-  return {view.camera.width, view.camera.height, view.mask->depth, faces_of(runs)};
+  return {view.camera.width, view.camera.height, view.mask->depth.all(), faces_of(runs)};
 }
 
 // One of kBriefShare. Samples come in pairs of a steep and a central one, mostly: now the one is taken, now the other.
@@ -232,16 +232,16 @@ void Refiner::stored(std::uint32_t slot, const Camera& given, const Refinement& 
   }
   if (!face.empty())
     refiner_requires.has_size(face.size(), view->mask->depth.size(), "face", "the number of the view's pixels");
-  const Photograph& photograph = *view->photograph;
+  const std::shared_ptr<const Photograph> photograph = view->photograph->whole();
   samples_[slot].reset();
   if (refinement.prepared) {
     const PreparedView& prepared = *refinement.prepared;
     Pyramid pyramid = prepared.pyramid;
-    pyramid.refer_to(photograph);
+    pyramid.refer_to(*photograph);
     if (same_pose(prepared.camera, view->camera)) samples_[slot] = ChosenSamples{prepared.camera, prepared.samples};
-    views_[slot] = ComparedView{view, view->camera, std::move(pyramid), glm::dvec3(1.0)};
+    views_[slot] = ComparedView{view, view->camera, std::move(pyramid), glm::dvec3(1.0), photograph};
   } else {
-    views_[slot] = ComparedView{view, view->camera, Pyramid(photograph), glm::dvec3(1.0)};
+    views_[slot] = ComparedView{view, view->camera, Pyramid(*photograph), glm::dvec3(1.0), photograph};
   }
   seen_[slot] = seen_faces(face, atlas_.surface()->cells.cell_of_face);
   given_[slot] = given;
@@ -288,7 +288,7 @@ void Refiner::balance_exposures() {
   }
 }
 
-void Refiner::replace(std::uint32_t slot, const Camera& camera, std::shared_ptr<const Photograph> photograph,
+void Refiner::replace(std::uint32_t slot, const Camera& camera, std::shared_ptr<const StoredPhotograph> photograph,
                       std::vector<std::uint8_t> trust) {
   const StoredView& old = *views_[slot]->view;
   const bool sees_the_same = !seen_[slot].empty() && same_pose(camera, old.camera);
@@ -315,19 +315,21 @@ bool Refiner::depth_stands(std::uint32_t slot) const {
 
 void Refiner::move(std::uint32_t slot, const Camera& camera) {
   views_[slot]->camera = camera;
-  if (!depth_stands(slot)) replace(slot, views_[slot]->view->mask->trust);
+  if (!depth_stands(slot)) replace(slot, views_[slot]->view->mask->trust.all());
 }
 
 void Refiner::replaced(std::uint32_t slot) {
   refiner_requires.is_below(slot, views_.size(), "slot", "the atlas's capacity");
   if (!views_[slot]) return;
-  const Photograph &before = *views_[slot]->view->photograph, &now = *atlas_.view(slot)->photograph;
-  if (before.width != now.width || before.height != now.height) {
+  const StoredPhotograph &before = *views_[slot]->view->photograph, &now = *atlas_.view(slot)->photograph;
+  if (before.width() != now.width() || before.height() != now.height()) {
     erased(slot);
     return;
   }
   views_[slot]->view = atlas_.view(slot);
-  views_[slot]->pyramid.refer_to(*views_[slot]->view->photograph);
+  const std::shared_ptr<const Photograph> photograph = views_[slot]->view->photograph->whole();
+  views_[slot]->pyramid.refer_to(*photograph);
+  views_[slot]->photograph = photograph;
   seen_[slot].clear();
 }
 
@@ -338,7 +340,7 @@ void Refiner::mask(std::uint32_t slot) {
   std::vector<std::uint8_t> trust =
       trust_mask(camera, view.pyramid, view.gain, sight_of(slot, camera.shrunk_to(options_.trust.grid_px)), atlas_,
                  views_, slot, options_.trust);
-  if (trust != view.view->mask->trust) replace(slot, std::move(trust));
+  if (!(view.view->mask->trust == trust)) replace(slot, std::move(trust));
 }
 
 void Refiner::settle() {
@@ -347,7 +349,7 @@ void Refiner::settle() {
     may_interrupt(options_.interruption_point);
     if (options_.trust.enabled) mask(slot);
     const ComparedView& view = *views_[slot];
-    if (!same_pose(view.camera, view.view->camera)) replace(slot, view.view->mask->trust);
+    if (!same_pose(view.camera, view.view->camera)) replace(slot, view.view->mask->trust.all());
   }
 }
 
@@ -474,8 +476,8 @@ void Refiner::correct_lenses(const LensEstimates& estimates, const CorrectedPhot
       require_photograph_of(old->name, old->camera, photograph);
       views_[slot]->camera = without(common, estimates.cameras[slot]);
       const Camera& camera = depth_stands(slot) ? old->camera : views_[slot]->camera;
-      replace(slot, camera, std::make_shared<const Photograph>(std::move(photograph)), old->mask->trust);
-      views_[slot]->pyramid = Pyramid(*views_[slot]->view->photograph);
+      replace(slot, camera, std::make_shared<const StoredPhotograph>(std::move(photograph)), old->mask->trust.all());
+      views_[slot]->pyramid = Pyramid(*views_[slot]->photograph);
       samples_[slot].reset();
     }
   }

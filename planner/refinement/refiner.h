@@ -165,7 +165,7 @@ class Refiner {
   void balance_exposures();
   [[nodiscard]] double median_depth() const;
   [[nodiscard]] std::vector<std::vector<SurfaceSample>> all_samples() const;
-  void replace(std::uint32_t slot, const Camera& camera, std::shared_ptr<const Photograph> photograph,
+  void replace(std::uint32_t slot, const Camera& camera, std::shared_ptr<const StoredPhotograph> photograph,
                std::vector<std::uint8_t> trust);
   void replace(std::uint32_t slot, std::vector<std::uint8_t> trust);
   [[nodiscard]] bool depth_stands(std::uint32_t slot) const;

@@ -76,14 +76,14 @@ std::optional<PointView> point_view(const StoredView& view, const SurfacePoint& 
 }
 
 // Interpolates the brightness, in [0, 255], at an image position.
-double brightness(const Photograph& photograph, const glm::dvec2& image) {
-  const double x = std::clamp(image.x - 0.5, 0.0, photograph.width - 1.0);
-  const double y = std::clamp(image.y - 0.5, 0.0, photograph.height - 1.0);
+double brightness(const StoredPhotograph& photograph, const glm::dvec2& image) {
+  const double x = std::clamp(image.x - 0.5, 0.0, photograph.width() - 1.0);
+  const double y = std::clamp(image.y - 0.5, 0.0, photograph.height() - 1.0);
   const auto left = static_cast<std::size_t>(x), top = static_cast<std::size_t>(y);
-  const std::size_t right = std::min<std::size_t>(left + 1, photograph.width - 1);
-  const std::size_t bottom = std::min<std::size_t>(top + 1, photograph.height - 1);
+  const std::size_t right = std::min<std::size_t>(left + 1, photograph.width() - 1);
+  const std::size_t bottom = std::min<std::size_t>(top + 1, photograph.height() - 1);
   const auto at = [&](std::size_t column, std::size_t row) {
-    const std::uint8_t* rgb = &photograph.rgb[3 * (row * photograph.width + column)];
+    const StoredPhotograph::Color rgb = photograph.color(row * photograph.width() + column);
     return 0.25 * (rgb[0] + 2 * rgb[1] + rgb[2]);
   };
   const double across = x - static_cast<double>(left), down = y - static_cast<double>(top);

@@ -28,9 +28,9 @@ StoredView tiny_view(const std::string& name) {
   StoredView view;
   view.name = name;
   view.camera = forward_camera(1, 1);
-  own_photograph(view) = {1, 1, {1, 2, 3}, {}};
-  own_mask(view).depth = {4};
-  own_mask(view).validity = {255};
+  view.photograph = std::make_shared<const StoredPhotograph>(Photograph{1, 1, {1, 2, 3}, {}});
+  own_mask(view).depth = std::vector<float>{4};
+  own_mask(view).validity = std::vector<std::uint8_t>{255};
   return view;
 }
 
@@ -39,12 +39,12 @@ TEST_CASE("a stored view has the depth that its camera sees and a mask of it") {
   const Camera camera = forward_camera(32, 32);
   const StoredView view = traced_view(*surface, "a", camera, position_photograph(32, 32));
   CHECK(view.name == "a");
-  CHECK(view.photograph->rgb == position_photograph(32, 32).rgb);
+  CHECK(view.photograph->whole()->rgb == position_photograph(32, 32).rgb);
   REQUIRE(view.mask->depth.size() == 32 * 32);
   CHECK(view.mask->depth[32 * 16 + 16] == Approx(2).epsilon(1e-6));  // the panel; processors round differently
   CHECK(view.mask->depth[32 * 4 + 4] == Approx(4).epsilon(1e-6));    // the wall
   CHECK(view.mask->trust.empty());
-  CHECK(view.mask->validity == validity_mask(*view.photograph, view.mask->depth, {}, {}));
+  CHECK(view.mask->validity == validity_mask(*view.photograph->whole(), view.mask->depth.all(), {}, {}));
 }
 
 TEST_CASE("a stored view's parts must be as large as its camera's image") {
@@ -71,8 +71,8 @@ TEST_CASE("a stored view keeps its trust mask, and its validity follows it") {
   trust[8 * 3 + 1] = 0;
   const StoredView view = view_with(trust);
   CHECK(view.mask->trust == trust);
-  CHECK(view.mask->validity == validity_mask(*view.photograph, view.mask->depth, trust, {0.05, 0, 1}));
-  std::vector<std::uint8_t> contradicted_there = view_with({}).mask->validity;
+  CHECK(view.mask->validity == validity_mask(*view.photograph->whole(), view.mask->depth.all(), trust, {0.05, 0, 1}));
+  std::vector<std::uint8_t> contradicted_there = view_with({}).mask->validity.all();
   REQUIRE(contradicted_there[8 * 3 + 1] == 255);
   contradicted_there[8 * 3 + 1] = 1;
   CHECK(view.mask->validity == contradicted_there);
@@ -93,20 +93,22 @@ TEST_CASE("a view whose lists are not of its camera's size is refused, and the s
     CHECK(atlas.size() == 1);
     CHECK(atlas.view(0)->name == "old");
   };
-  refused([](StoredView& v) { own_photograph(v).width = 2; },
+  refused([](StoredView& v) { v.photograph = std::make_shared<const StoredPhotograph>(position_photograph(2, 1)); },
           "the photograph is 2x1, must be as large as its camera, 1x1");
-  refused([](StoredView& v) { own_photograph(v).rgb.pop_back(); },
-          "photograph.rgb has 2 values, must have 3 for its camera's image");
+  refused([](StoredView& v) { own_mask(v).depth.values().clear(); },
+          "depth has 0 values, must have 1 for its camera's image");
+  refused([](StoredView& v) { own_mask(v).validity.values().clear(); },
+          "validity has 0 values, must have 1 for its camera's image");
   refused(
       [](StoredView& v) {
-        own_photograph(v).valid = {1, 2};
+        own_mask(v).trust.values() = {1, 2};
       },
-      "photograph.valid has 2 values, must have 1 for its camera's image");
-  refused([](StoredView& v) { own_mask(v).depth.clear(); }, "depth has 0 values, must have 1 for its camera's image");
-  refused([](StoredView& v) { own_mask(v).validity.clear(); },
-          "validity has 0 values, must have 1 for its camera's image");
-  refused([](StoredView& v) { own_mask(v).trust = {1, 2}; }, "trust has 2 values, must have 1 for its camera's image");
-  refused([](StoredView& v) { own_mask(v).rim = {1, 2}; }, "rim has 2 values, must have 1 for its camera's image");
+      "trust has 2 values, must have 1 for its camera's image");
+  refused(
+      [](StoredView& v) {
+        own_mask(v).rim.values() = {1, 2};
+      },
+      "rim has 2 values, must have 1 for its camera's image");
   refused([](StoredView& v) { v.camera.fx = 0; }, "camera: fx is 0, must be finite and positive");
 }
 
@@ -556,12 +558,12 @@ TEST_CASE("the books balance after any sequence of surfaces") {
 // Every part of view `number` says which one it is.
 StoredView numbered_view(std::uint32_t number) {
   StoredView view = tiny_view(std::to_string(number));
-  own_mask(view).depth = {static_cast<float>(number)};
+  own_mask(view).depth = std::vector<float>{static_cast<float>(number)};
   return view;
 }
 
 std::uint32_t number_of(const StoredView& view) {
-  return static_cast<std::uint32_t>(view.mask->depth.at(0));
+  return static_cast<std::uint32_t>(view.mask->depth[0]);
 }
 
 // Replaces views one after the other, as the planner does: references away, view out, view in, references back.

@@ -24,10 +24,10 @@ StoredView view_of(std::uint32_t width, std::uint32_t height, const std::functio
   view.camera.height = height;
   ViewMask& mask = own_mask(view);
   for (std::uint32_t y = 0; y < height; ++y) {
-    for (std::uint32_t x = 0; x < width; ++x) mask.depth.push_back(depth_at(x, y));
+    for (std::uint32_t x = 0; x < width; ++x) mask.depth.values().push_back(depth_at(x, y));
   }
-  mask.validity.assign(mask.depth.size(), 255);
-  mask.rim.assign(mask.depth.size(), 0);
+  mask.validity.values().assign(mask.depth.size(), 255);
+  mask.rim.values().assign(mask.depth.size(), 0);
   return view;
 }
 
@@ -82,10 +82,10 @@ TEST_CASE("what is not valid takes nothing from what is, and where nothing is, n
   StoredView view = view_of(24, 24, [](double x, double y) { return aslant(x < 12 ? 2 : x < 16 ? 3 : 9, x, y); });
   for (std::size_t pixel = 0; pixel < view.mask->depth.size(); ++pixel) {
     if (pixel % 24 >= 12 && pixel % 24 < 16)
-      own_mask(view).validity[pixel] = 0;  // three surfaces in a block, two of them valid
+      own_mask(view).validity.values()[pixel] = 0;  // three surfaces in a block, two of them valid
   }
-  own_mask(view).depth[5] = kNothing;
-  own_mask(view).validity[5] = 0;
+  own_mask(view).depth.values()[5] = kNothing;
+  own_mask(view).validity.values()[5] = 0;
   CHECK(errors_of(view).near <= 0);
   CHECK(errors_of(view).far < 0.02);
   const StoredView empty = view_of(9, 3, [](double, double) { return kNothing; });
@@ -108,7 +108,7 @@ TEST_CASE("rims are those of the view on a plane, and none is lost where two sur
   std::mt19937 random(5);
   for (const bool step : {false, true}) {
     StoredView view = view_of(32, 32, [&](double x, double y) { return aslant(step && x > y ? 4 : 2, x, y); });
-    for (std::uint8_t& rim : own_mask(view).rim) rim = random() % 4 == 0 ? 1 : 0;
+    for (std::uint8_t& rim : own_mask(view).rim.values()) rim = random() % 4 == 0 ? 1 : 0;
     const std::vector<BlockPixel> shown = shown_depths(view);
     std::size_t lost = 0, more = 0;
     for (std::size_t pixel = 0; pixel < shown.size(); ++pixel) {

@@ -354,10 +354,10 @@ TEST_CASE("each rule of a snapshot is checked by name") {
   refused(
       [](Snapshot& s) {
         auto view = std::make_shared<StoredView>(*s.views[0]);
-        own_photograph(*view).rgb.pop_back();
+        view->photograph = std::make_shared<const StoredPhotograph>(position_photograph(8, 6));
         s.views[0] = view;
       },
-      "view a.jpg: photograph.rgb has 1151 values, must have 1152 for its camera's image");
+      "view a.jpg: the photograph is 8x6, must be as large as its camera, 24x16");
 }
 
 TEST_CASE("each rule of a surface is checked by name") {

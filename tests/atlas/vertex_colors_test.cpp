@@ -49,13 +49,13 @@ Mesh wall() {
 StoredView flat_view(const glm::u8vec3& color, float depth = 4) {
   StoredView view;
   view.camera = forward_camera(16, 16);
-  Photograph& photograph = own_photograph(view);
-  photograph.width = photograph.height = 16;
+  Photograph photograph{16, 16, {}, {}};
   for (int pixel = 0; pixel < 256; ++pixel) {
     photograph.rgb.insert(photograph.rgb.end(), {color.r, color.g, color.b});
   }
-  own_mask(view).depth.assign(256, depth);
-  own_mask(view).validity.assign(256, 255);
+  view.photograph = std::make_shared<const StoredPhotograph>(std::move(photograph));
+  own_mask(view).depth.values().assign(256, depth);
+  own_mask(view).validity.values().assign(256, 255);
   return view;
 }
 
@@ -72,13 +72,13 @@ std::vector<glm::u8vec3> all(const Mesh& mesh, const glm::u8vec3& color) {
 TEST_CASE("a vertex has the colour of the pixel that shows it") {
   const Mesh mesh = wall();
   StoredView view = flat_view({0, 0, 0});
-  own_photograph(view) = position_photograph(16, 16);
+  view.photograph = std::make_shared<const StoredPhotograph>(position_photograph(16, 16));
   const std::vector<glm::u8vec3> colors = mean_of(mesh, {view});
   for (std::size_t vertex = 0; vertex < mesh.positions.size(); ++vertex) {
     const glm::dvec2 image = view.camera.image_from_cam(glm::dvec3(mesh.positions[vertex]));
     const std::size_t pixel = 16 * static_cast<std::size_t>(image.y) + static_cast<std::size_t>(image.x);
     for (int channel = 0; channel < 3; ++channel) {
-      CHECK(colors[vertex][channel] == view.photograph->rgb[3 * pixel + static_cast<std::size_t>(channel)]);
+      CHECK(colors[vertex][channel] == view.photograph->color(pixel).at(static_cast<std::size_t>(channel)));
     }
   }
 }
@@ -108,17 +108,17 @@ TEST_CASE("each view has its own gain") {
 TEST_CASE("a view counts by its validity") {
   const Mesh mesh = wall();
   StoredView weak = flat_view({255, 255, 255});
-  own_mask(weak).validity.assign(256, 85);
+  own_mask(weak).validity.values().assign(256, 85);
   const std::uint8_t quarter = srgb8_from_linear(0.25);  // a third against one
   CHECK(mean_of(mesh, {flat_view({0, 0, 0}), weak}) == all(mesh, glm::u8vec3(quarter)));
-  own_mask(weak).validity.assign(256, 0);
+  own_mask(weak).validity.values().assign(256, 0);
   CHECK(mean_of(mesh, {flat_view({9, 9, 9}), weak}) == all(mesh, glm::u8vec3(9)));
 }
 
 TEST_CASE("a rim counts next to nothing, and colours what no other view shows") {
   const Mesh mesh = wall();
   StoredView rim = flat_view({255, 255, 255});
-  own_mask(rim).rim.assign(256, 1);
+  own_mask(rim).rim.values().assign(256, 1);
   CHECK(mean_of(mesh, {rim}) == all(mesh, {255, 255, 255}));
   const auto beside_another = mean_of(mesh, {flat_view({0, 0, 0}), rim});
   CHECK(beside_another == all(mesh, glm::u8vec3(srgb8_from_linear(1e-3 / 1.001))));
@@ -148,7 +148,7 @@ TEST_CASE("a vertex that no view showed has the mesh's own colour") {
   CHECK(mean_of(mesh, {}) == all(mesh, {7, 8, 9}));
   StoredView left_half = flat_view({50, 60, 70});
   for (std::size_t pixel = 0; pixel < 256; ++pixel) {
-    if (pixel % 16 >= 8) own_mask(left_half).validity[pixel] = 0;
+    if (pixel % 16 >= 8) own_mask(left_half).validity.values()[pixel] = 0;
   }
   const std::vector<glm::u8vec3> colors = mean_of(mesh, {left_half});
   for (std::size_t vertex = 0; vertex < colors.size(); ++vertex) {
@@ -171,11 +171,14 @@ Mesh fan(std::uint32_t rim) {
 TEST_CASE("an unseen vertex between coloured ones has the mean of its neighbours, in linear light") {
   const Mesh mesh = fan(6);
   StoredView white_left = flat_view({255, 255, 255});
-  for (std::size_t pixel = 0; pixel < 256; ++pixel) {
-    if (pixel % 16 >= 8) std::fill_n(&own_photograph(white_left).rgb[3 * pixel], 3, std::uint8_t{0});
-  }
+  change_photograph(white_left, [](Photograph& photograph) {
+    for (std::size_t pixel = 0; pixel < 256; ++pixel) {
+      if (pixel % 16 >= 8) std::fill_n(&photograph.rgb[3 * pixel], 3, std::uint8_t{0});
+    }
+  });
   const glm::dvec2 centre = white_left.camera.image_from_cam(glm::dvec3(mesh.positions[0]));
-  own_mask(white_left).validity[16 * static_cast<std::size_t>(centre.y) + static_cast<std::size_t>(centre.x)] = 0;
+  own_mask(white_left).validity.values()[16 * static_cast<std::size_t>(centre.y) + static_cast<std::size_t>(centre.x)] =
+      0;
   const std::vector<glm::u8vec3> colors = mean_of(mesh, {white_left});
   CHECK(colors[0] == glm::u8vec3(188));  // three of its six neighbours are white, three are black
 }
@@ -187,8 +190,10 @@ TEST_CASE("colours spread from the nearest coloured vertices, ring by ring") {
   ends.camera.fx = 4;  // so that the image holds it all
   for (std::size_t pixel = 0; pixel < 256; ++pixel) {
     const std::size_t column = pixel % 16;
-    std::fill_n(&own_photograph(ends).rgb[3 * pixel], 3, static_cast<std::uint8_t>(column < 8 ? 100 : 200));
-    if (column > 2 && column < 14) own_mask(ends).validity[pixel] = 0;  // x from -5 to 5
+    change_photograph(ends, [&](Photograph& photograph) {
+      std::fill_n(&photograph.rgb[3 * pixel], 3, static_cast<std::uint8_t>(column < 8 ? 100 : 200));
+    });
+    if (column > 2 && column < 14) own_mask(ends).validity.values()[pixel] = 0;  // x from -5 to 5
   }
   const std::vector<glm::u8vec3> colors = mean_of(strip, {ends});
   for (std::size_t vertex = 0; vertex < colors.size(); ++vertex) {

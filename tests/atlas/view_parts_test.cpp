@@ -100,7 +100,7 @@ TEST_CASE("a new mask leaves the photograph and the pose") {
   atlas->set_poses(poses_at(2));
   const Snapshot before = atlas->snapshot();
   const auto mask = std::make_shared<ViewMask>(*before.views[1]->mask);
-  mask->validity.assign(mask->validity.size(), 7);
+  mask->validity.values().assign(mask->validity.size(), 7);
   atlas->replace_mask(1, mask, {{0, 0, 3}});
   const Snapshot after = atlas->snapshot();
   CHECK(after.views[1]->mask == mask);
@@ -111,7 +111,7 @@ TEST_CASE("a new mask leaves the photograph and the pose") {
   CHECK(after.views[0] == before.views[0]);
 
   const auto small = std::make_shared<ViewMask>(*mask);
-  small->depth.pop_back();
+  small->depth.values().pop_back();
   CHECK_THROWS_WITH(atlas->replace_mask(1, small), Catch::Contains("view b: depth has 383 values, must have 384"));
   CHECK_THROWS_WITH(atlas->replace_mask(1, nullptr), Catch::Contains("view b: mask is null"));
   CHECK_THROWS_WITH(atlas->replace_mask(1, mask, {{6, 0, 3}}), Catch::Contains("shown[0] is of tile 6"));
@@ -132,7 +132,7 @@ TEST_CASE("a snapshot has all new poses or none, and no thread undoes another's 
   std::thread masker([&] {
     for (int step = 1; step <= kSteps; ++step) {
       const auto mask = std::make_shared<ViewMask>(*atlas->view(1)->mask);
-      mask->trust.assign(mask->depth.size(), static_cast<std::uint8_t>(step));
+      mask->trust.values().assign(mask->depth.size(), static_cast<std::uint8_t>(step));
       atlas->replace_mask(1, mask, shows_first_cell());
     }
   });
@@ -149,7 +149,7 @@ TEST_CASE("a snapshot has all new poses or none, and no thread undoes another's 
   CHECK(torn == 0);
   const Snapshot end = atlas->snapshot();
   for (std::uint32_t slot = 0; slot < kPartsViews; ++slot) CHECK(step_of(*end.views[slot]) == Approx(kSteps));
-  CHECK(end.views[1]->mask->trust.front() == static_cast<std::uint8_t>(kSteps));
+  CHECK(end.views[1]->mask->trust[0] == static_cast<std::uint8_t>(kSteps));
 }
 
 }  // namespace

@@ -83,10 +83,11 @@ Snapshot red_green_and_blue() {
     view.mask = snapshot.views[0]->mask;
     // Apart, but so little that all see the same.
     view.camera.cam_from_world_translation += 0.003 * static_cast<double>(slot * slot) * glm::dvec3(1, 0.5, 0);
-    Photograph& photograph = own_photograph(view);
-    for (std::size_t value = 0; value < photograph.rgb.size(); ++value) {
-      photograph.rgb[value] = value % 3 == slot ? 255 : 0;
-    }
+    change_photograph(view, [&](Photograph& photograph) {
+      for (std::size_t value = 0; value < photograph.rgb.size(); ++value) {
+        photograph.rgb[value] = value % 3 == slot ? 255 : 0;
+      }
+    });
     snapshot.views[slot] = std::make_shared<const StoredView>(view);
   }
   for (std::size_t cell = 0; cell + 1 < snapshot.references.offsets.size(); ++cell) {

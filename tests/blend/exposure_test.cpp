@@ -34,7 +34,7 @@ Snapshot snapshot_of(const std::vector<PosedGain>& views, float D) {
   for (const PosedGain& view : views) {
     StoredView stored;
     stored.camera = view.camera;
-    own_mask(stored).depth.assign(std::size_t{view.camera.width} * view.camera.height, D);
+    own_mask(stored).depth.values().assign(std::size_t{view.camera.width} * view.camera.height, D);
     snapshot.views.push_back(std::make_shared<const StoredView>(std::move(stored)));
     snapshot.gains.push_back(view.gain);
   }
@@ -151,7 +151,7 @@ TEST_CASE("pixels without a surface do not count as depth, and without any surfa
   const auto clear = [&](std::size_t first, std::size_t count) {
     for (auto& view : snapshot.views) {
       StoredView changed = *view;
-      std::fill_n(own_mask(changed).depth.begin() + static_cast<std::ptrdiff_t>(first), count,
+      std::fill_n(own_mask(changed).depth.values().begin() + static_cast<std::ptrdiff_t>(first), count,
                   std::numeric_limits<float>::infinity());
       view = std::make_shared<const StoredView>(std::move(changed));
     }
@@ -173,7 +173,7 @@ TEST_CASE("an exposure that follows snapshots is that of the last one") {
   };
   const auto change = [&](std::size_t slot, float depth, double aside) {
     StoredView changed = *snapshot.views[slot];
-    if (depth > 0) std::fill_n(own_mask(changed).depth.begin(), changed.mask->depth.size(), depth);
+    if (depth > 0) std::fill_n(own_mask(changed).depth.values().begin(), changed.mask->depth.size(), depth);
     changed.camera.cam_from_world_translation.x += aside;
     snapshot.views[slot] = std::make_shared<const StoredView>(std::move(changed));
   };

@@ -187,7 +187,7 @@ TEST_CASE("a stored view rendered from its own camera alone is its photograph, w
       REQUIRE(rendering.state[pixel] == PixelState::textured);
       for (std::size_t channel = 0; channel < 3; ++channel) {
         // Sampled at the pixel's centre: no interpolation, only rounding there and back.
-        REQUIRE(std::abs(rendering.picture.rgb[3 * pixel + channel] - view.photograph->rgb[3 * pixel + channel]) <= 1);
+        REQUIRE(std::abs(rendering.picture.rgb[3 * pixel + channel] - view.photograph->color(pixel).at(channel)) <= 1);
       }
     }
     CHECK(compared > rendering.state.size() / 2);
@@ -217,7 +217,7 @@ double share_not_shown(const StoredView& view, const Snapshot& snapshot, const R
     ++compared;
     bool differs = false;
     for (std::size_t value = 3 * pixel; value < 3 * pixel + 3; ++value) {
-      differs |= std::abs(rendering.picture.rgb[value] - view.photograph->rgb[value]) > 1;
+      differs |= std::abs(rendering.picture.rgb[value] - view.photograph->color(value / 3).at(value % 3)) > 1;
     }
     different += differs;
   }
@@ -260,7 +260,7 @@ TEST_CASE("the nearer a picture is to a stored view's place, the less it differs
     double sum = 0;
     for (std::size_t value = 0; value < rendering.picture.rgb.size(); ++value) {
       if (view.mask->validity[value / 3] == 255)
-        sum += std::abs(rendering.picture.rgb[value] - view.photograph->rgb[value]);
+        sum += std::abs(rendering.picture.rgb[value] - view.photograph->color(value / 3).at(value % 3));
     }
     const double mean = sum / static_cast<double>(rendering.picture.rgb.size());
     CHECK(mean < before);
@@ -307,12 +307,13 @@ Snapshot red_and_green() {
   for (std::size_t slot = 0; slot < 2; ++slot) {
     StoredView view = *snapshot.views[0];  // the same camera twice, moved apart below
     view.camera.cam_from_world_translation += glm::dvec3(slot == 0 ? 0.05 : -0.15, 0, 0);
-    Photograph& photograph = own_photograph(view);
-    for (std::size_t pixel = 0; pixel < view.mask->validity.size(); ++pixel) {
-      photograph.rgb[3 * pixel] = slot == 0 ? 255 : 0;
-      photograph.rgb[3 * pixel + 1] = slot == 0 ? 0 : 255;
-      photograph.rgb[3 * pixel + 2] = 0;
-    }
+    change_photograph(view, [&](Photograph& photograph) {
+      for (std::size_t pixel = 0; pixel < view.mask->validity.size(); ++pixel) {
+        photograph.rgb[3 * pixel] = slot == 0 ? 255 : 0;
+        photograph.rgb[3 * pixel + 1] = slot == 0 ? 0 : 255;
+        photograph.rgb[3 * pixel + 2] = 0;
+      }
+    });
     snapshot.views[slot] = std::make_shared<const StoredView>(view);
   }
   snapshot.references.views.clear();
@@ -361,7 +362,7 @@ TEST_CASE("two cells that refer to one view each meet in a line as printed, and 
   surface->cells = measure_cells(surface->mesh, std::move(cell_of_face), 2.5);
   const Camera camera = forward_camera(96, 72);
   for (std::size_t slot = 0; slot < 2; ++slot) {
-    Photograph photograph = *snapshot.views[slot]->photograph;
+    Photograph photograph = *snapshot.views[slot]->photograph->whole();
     photograph.valid.clear();
     snapshot.views[slot] = std::make_shared<const StoredView>(traced_view(*surface, "", camera, photograph));
   }
@@ -389,7 +390,8 @@ TEST_CASE("two cells that refer to one view each meet in a line as printed, and 
 void distrust(Snapshot& snapshot, std::size_t slot) {
   StoredView view = *snapshot.views[slot];
   const std::vector<std::uint8_t> contradicted(view.mask->validity.size(), 0);
-  own_mask(view).validity = validity_mask(*view.photograph, view.mask->depth, contradicted, ValidityOptions::printed());
+  own_mask(view).validity =
+      validity_mask(*view.photograph->whole(), view.mask->depth.all(), contradicted, ValidityOptions::printed());
   snapshot.views[slot] = std::make_shared<const StoredView>(view);
 }
 

@@ -95,7 +95,7 @@ TEST_CASE("a new pose, or new depths, upload no photograph") {
   (void)followed.show();
   CHECK(followed.is_exact());
   followed.change_view([](StoredView& view) {
-    for (float& depth : own_mask(view).depth) depth *= 1.01F;
+    for (float& depth : own_mask(view).depth.values()) depth *= 1.01F;
   });
   const RendererWork of_depths = followed.show();
   CHECK(of_depths.color_bytes == 0);
@@ -108,9 +108,7 @@ TEST_CASE("what is in a slot again is known by its bytes") {
   const std::optional<EglContext> context = context_or_skip();
   if (!context) return;
   Followed followed(kTiles);
-  followed.change_view([](StoredView& view) {
-    for (std::uint8_t& value : own_photograph(view).rgb) value ^= 1;
-  });
+  followed.change_view([](StoredView& view) { change_colors(view, [](std::uint8_t value) { return value ^ 1; }); });
   CHECK(followed.show().color_bytes > 0);
   followed.change_view([](StoredView& view) { view.name = "the same photograph"; });
   CHECK(followed.show().color_bytes == 0);
@@ -127,9 +125,9 @@ TEST_CASE("a new mask uploads masks and no photograph") {
   if (!context) return;
   Followed followed(layout);
   followed.change_view([](StoredView& view) {
-    ViewMask& mask = own_mask(view);
-    for (std::size_t pixel = 0; pixel < mask.validity.size(); pixel += 2) {
-      if (mask.validity[pixel] > 1) mask.validity[pixel] /= 2;  // what is valid stays valid
+    std::vector<std::uint8_t>& validity = own_mask(view).validity.values();
+    for (std::size_t pixel = 0; pixel < validity.size(); pixel += 2) {
+      if (validity[pixel] > 1) validity[pixel] /= 2;  // what is valid stays valid
     }
   });
   const RendererWork of_mask = followed.show();
@@ -140,8 +138,8 @@ TEST_CASE("a new mask uploads masks and no photograph") {
   (void)followed.show();
   CHECK(followed.is_exact());
   followed.change_view([](StoredView& view) {
-    ViewMask& mask = own_mask(view);
-    for (std::size_t pixel = 0; pixel < mask.validity.size() / 2; ++pixel) mask.validity[pixel] = 0;
+    std::vector<std::uint8_t>& validity = own_mask(view).validity.values();
+    std::fill_n(validity.begin(), validity.size() / 2, std::uint8_t{0});
   });
   const RendererWork of_less = followed.show();
   CHECK(of_less.color_bytes == 0);

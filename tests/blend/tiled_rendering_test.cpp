@@ -210,7 +210,7 @@ TEST_CASE("what stays resident is not copied again") {
   CHECK(array.uploaded_slots() == 0);
   // Another photograph in the place of one view: those of its tiles are copied that show something else, and no others.
   StoredView changed = *atlas->view(4);
-  own_photograph(changed).rgb[0] ^= 1;
+  change_photograph(changed, [](Photograph& photograph) { photograph.rgb[0] ^= 1; });
   const VisibilityBuffer visible = make_ray_visibility(atlas->surface()->mesh)->trace(changed.camera);
   std::vector<ShownCell> shown = shown_cells(changed, visible.face, atlas->surface()->cells, atlas->layout());
   atlas->replace(4, std::move(changed), std::move(shown));

@@ -89,8 +89,8 @@ std::optional<Snapshot> with_given_poses(const Snapshot& snapshot, const std::ve
     Camera camera = view->camera;
     camera.cam_from_world_rotation = found->second->cam_from_world_rotation;
     camera.cam_from_world_translation = found->second->cam_from_world_translation;
-    view = std::make_shared<const StoredView>(
-        make_stored_view(view->name, camera, view->photograph, visibility.trace(camera), options, view->mask->trust));
+    view = std::make_shared<const StoredView>(make_stored_view(
+        view->name, camera, view->photograph, visibility.trace(camera), options, view->mask->trust.all()));
   }
   if (!any_moved) return std::nullopt;
   return unmoved;

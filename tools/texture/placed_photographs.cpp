@@ -127,7 +127,7 @@ AlignmentTargets PlacedPhotographs::targets(const Camera& camera, const Pyramid&
 PlacedPhotographs::Placed PlacedPhotographs::place(std::size_t number, const Photograph& photograph) const {
   const Camera& camera = offered_.list[number].camera;
   if (const StoredView* const stored = in_model_[number]) {
-    return {stored->camera, gain_in_model_[number], stored->mask->trust, true};
+    return {stored->camera, gain_in_model_[number], stored->mask->trust.all(), true};
   }
   if (!offered_.refinement.any()) return {camera, dvec3(1), {}, true};
   const Pyramid pyramid(photograph);

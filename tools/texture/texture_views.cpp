@@ -34,7 +34,7 @@ std::uint32_t smooth_level(const Camera& camera) {
 // The validity of what is in the model, by pixel.
 std::vector<std::uint8_t> resident_mask(const Snapshot& snapshot, std::uint32_t slot) {
   const StoredView& view = *snapshot.views[slot];
-  std::vector<std::uint8_t> mask = view.mask->validity;
+  std::vector<std::uint8_t> mask = view.mask->validity.all();
   if (!snapshot.tiles.whole_views()) {
     const std::vector<std::uint8_t> resident = snapshot.tiles.resident_pixels(slot, view.camera);
     for (std::size_t i = 0; i < mask.size(); ++i) mask[i] = resident[i] ? mask[i] : 0;
@@ -90,7 +90,7 @@ TextureView::TextureView(const Snapshot& snapshot, std::uint32_t slot)
     : TextureView(*snapshot.views[slot], snapshot.gains[slot], resident_mask(snapshot, slot)) {}
 
 TextureView::TextureView(const StoredView& view, const glm::dvec3& gain)
-    : TextureView(view, gain, view.mask->validity) {}
+    : TextureView(view, gain, view.mask->validity.all()) {}
 
 TextureView::TextureView(const StoredView& view, const glm::dvec3& gain, std::vector<std::uint8_t> mask)
     : view_(view), gain_(gain), center_(view.camera.center()) {
@@ -158,7 +158,7 @@ bool TextureView::locate(const vec3& point, ImagePoint& place) const {
 }
 
 void TextureView::prefetch(const ImagePoint& place) const {
-  __builtin_prefetch(&view_.mask->depth[pixel_at(place.image, view_.camera.width)]);
+  view_.mask->depth.prefetch(pixel_at(place.image, view_.camera.width));
   __builtin_prefetch(&levels_[0].rgba[4 * pixel_at(place.image, levels_[0].width)]);
 }
 

@@ -117,17 +117,19 @@ StoredView smaller_view(const StoredView& view, double factor) {
   result.camera.width = scaled.width;
   result.camera.height = scaled.height;
   for (double* length : {&result.camera.fx, &result.camera.fy, &result.camera.cx, &result.camera.cy}) *length *= factor;
-  result.photograph = std::make_shared<const Photograph>(std::move(scaled.photograph));
+  result.photograph = std::make_shared<const StoredPhotograph>(std::move(scaled.photograph));
   ViewMask mask;
   mask.validity = std::move(scaled.validity);
   mask.rim = std::move(scaled.rim);
-  mask.depth.reserve(mask.validity.size());
+  std::vector<float> depth;
+  depth.reserve(mask.validity.size());
   for (std::uint32_t y = 0; y < scaled.height; ++y) {
     for (std::uint32_t x = 0; x < scaled.width; ++x) {
       const std::size_t row = nearest(y, factor, view.camera.height);
-      mask.depth.push_back(view.mask->depth[row * view.camera.width + nearest(x, factor, view.camera.width)]);
+      depth.push_back(view.mask->depth[row * view.camera.width + nearest(x, factor, view.camera.width)]);
     }
   }
+  mask.depth = std::move(depth);
   result.mask = std::make_shared<const ViewMask>(std::move(mask));
   return result;
 }
@@ -150,7 +152,8 @@ class SmallerTiles {
     const TileGrid grid(smaller->camera.width, smaller->camera.height, tile_px);
     std::vector<std::uint8_t> there(grid.tiles(), 0);
     auto mask = std::make_shared<ViewMask>(*smaller->mask);
-    for (std::size_t pixel = 0; pixel < mask->validity.size(); ++pixel) {
+    std::vector<std::uint8_t>& validity = mask->validity.values();
+    for (std::size_t pixel = 0; pixel < validity.size(); ++pixel) {
       const auto x = static_cast<std::uint32_t>(pixel % smaller->camera.width);
       const auto y = static_cast<std::uint32_t>(pixel / smaller->camera.width);
       const std::size_t column = nearest(x, factor_, view->camera.width) / tile_px;
@@ -159,7 +162,7 @@ class SmallerTiles {
       if (was_there) {
         there[std::size_t{y / tile_px} * grid.columns + x / tile_px] = 1;
       } else {
-        mask->validity[pixel] = 0;
+        validity[pixel] = 0;
       }
     }
     smaller->mask = std::move(mask);

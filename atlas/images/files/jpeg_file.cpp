@@ -125,19 +125,30 @@ void rgb_from_cmyk(std::span<const std::uint8_t> cmyk, std::uint8_t* rgb) {
   }
 }
 
-// `inks` is one row of CMYK, or empty for a picture of another kind.
-bool read_rows(Decoder& decoder, std::span<std::uint8_t> inks, std::uint8_t* rgb) {
+bool start(Decoder& decoder) {
+  if (setjmp(decoder.failed) != 0) return false;
+  decoder.jpeg.out_color_space = is_cmyk(decoder) ? JCS_CMYK : JCS_RGB;
+  jpeg_start_decompress(&decoder.jpeg);
+  return true;
+}
+
+// Reads the next rows. `inks` is one row of CMYK, or empty for a picture of another kind.
+bool read_rows(Decoder& decoder, std::span<std::uint8_t> inks, std::uint32_t rows, std::uint8_t* rgb) {
   if (setjmp(decoder.failed) != 0) return false;
   jpeg_decompress_struct& jpeg = decoder.jpeg;
-  jpeg.out_color_space = inks.empty() ? JCS_RGB : JCS_CMYK;
-  jpeg_start_decompress(&jpeg);
-  while (jpeg.output_scanline < jpeg.output_height) {
-    std::uint8_t* const row = rgb + std::size_t{3} * jpeg.output_width * jpeg.output_scanline;
+  for (std::uint32_t i = 0; i < rows; ++i) {
+    std::uint8_t* const row = rgb + std::size_t{3} * jpeg.output_width * i;
     JSAMPROW to = inks.empty() ? row : inks.data();
     jpeg_read_scanlines(&jpeg, &to, 1);
     if (!inks.empty()) rgb_from_cmyk(inks, row);
   }
-  jpeg_finish_decompress(&jpeg);  // up to the end marker: tells of what is left over
+  return true;
+}
+
+// Goes on to the end marker, and so tells of what is left over.
+bool finish(Decoder& decoder) {
+  if (setjmp(decoder.failed) != 0) return false;
+  jpeg_finish_decompress(&decoder.jpeg);
   return true;
 }
 
@@ -149,15 +160,13 @@ std::vector<std::uint8_t> profile_of(Decoder& decoder) {
   return is_read && bytes ? std::vector<std::uint8_t>(found, found + size) : std::vector<std::uint8_t>();
 }
 
-}  // namespace
+InputError damaged(const std::filesystem::path& path, const Decoder& decoder) {
+  return InputError(path.string() + ": is damaged or cut off (" + decoder.reason + "); copy it again");
+}
 
-JpegPixels decode_jpeg(std::span<const std::uint8_t> bytes, const std::filesystem::path& path, std::uint32_t width,
-                       std::uint32_t height) {
-  const auto damaged = [&](const Decoder& decoder) {
-    return InputError(path.string() + ": is damaged or cut off (" + decoder.reason + "); copy it again");
-  };
-  Decoder decoder;
-  if (!read_header(decoder, bytes)) throw damaged(decoder);
+void read_checked_header(Decoder& decoder, std::span<const std::uint8_t> bytes, const std::filesystem::path& path,
+                         std::uint32_t width, std::uint32_t height) {
+  if (!read_header(decoder, bytes)) throw damaged(path, decoder);
   const jpeg_decompress_struct& jpeg = decoder.jpeg;
   if (jpeg.image_width != width || jpeg.image_height != height) {
     throw InputError(path.string() + ": its header says " + size_text(width, height) + " pixels, its decoder finds " +
@@ -167,10 +176,47 @@ JpegPixels decode_jpeg(std::span<const std::uint8_t> bytes, const std::filesyste
     throw InputError(path.string() + ": has " + std::to_string(jpeg.num_components) +
                      " colour components, must be grey, RGB, YCbCr, CMYK or YCCK");
   }
-  JpegPixels pixels{std::vector<std::uint8_t>(std::size_t{3} * width * height), profile_of(decoder)};
+}
+
+// Hands rows to `use`, so many at a time.
+template <typename Use>
+void decode_rows(Decoder& decoder, const std::filesystem::path& path, std::uint32_t rows_at_once, const Use& use) {
+  if (!start(decoder)) throw damaged(path, decoder);
+  const std::uint32_t width = decoder.jpeg.output_width, height = decoder.jpeg.output_height;
   std::vector<std::uint8_t> inks(is_cmyk(decoder) ? std::size_t{4} * width : 0);
-  if (!read_rows(decoder, inks, pixels.rgb.data())) throw damaged(decoder);
+  for (std::uint32_t row = 0; row < height; row += rows_at_once) {
+    const std::uint32_t rows = std::min(rows_at_once, height - row);
+    use(row, rows, [&](std::uint8_t* rgb) {
+      if (!read_rows(decoder, inks, rows, rgb)) throw damaged(path, decoder);
+    });
+  }
+  if (!finish(decoder)) throw damaged(path, decoder);
+}
+
+}  // namespace
+
+JpegPixels decode_jpeg(std::span<const std::uint8_t> bytes, const std::filesystem::path& path, std::uint32_t width,
+                       std::uint32_t height) {
+  Decoder decoder;
+  read_checked_header(decoder, bytes, path, width, height);
+  JpegPixels pixels{std::vector<std::uint8_t>(std::size_t{3} * width * height), profile_of(decoder)};
+  decode_rows(decoder, path, height, [&](std::uint32_t, std::uint32_t, const auto& read) { read(pixels.rgb.data()); });
   return pixels;
+}
+
+bool decode_jpeg_rows(std::span<const std::uint8_t> bytes, const std::filesystem::path& path, std::uint32_t width,
+                      std::uint32_t height, const PixelRows& use) {
+  constexpr std::uint32_t kRows = 64;
+  Decoder decoder;
+  read_checked_header(decoder, bytes, path, width, height);
+  if (!profile_of(decoder).empty()) return false;
+  std::vector<std::uint8_t> band;
+  decode_rows(decoder, path, kRows, [&](std::uint32_t row, std::uint32_t rows, const auto& read) {
+    band.resize(std::size_t{3} * width * rows);
+    read(band.data());
+    use(row, band);
+  });
+  return true;
 }
 
 }  // namespace lumatlas

@@ -8,6 +8,8 @@
 #include <span>
 #include <vector>
 
+#include "atlas/images/photograph.h"
+
 namespace lumatlas {
 
 struct JpegPixels {
@@ -22,5 +24,11 @@ struct JpegPixels {
 // Changed bits that still decode to as many blocks go unnoticed.
 [[nodiscard]] JpegPixels decode_jpeg(std::span<const std::uint8_t> bytes, const std::filesystem::path& path,
                                      std::uint32_t width, std::uint32_t height);
+
+// Decodes the same pixels a few rows at a time and hands each band of rows to `use`, from the top. Holds one band in
+// memory. Does nothing but return false if the file has an ICC profile. Throws as decode_jpeg(); bands that came before
+// have then been handed on.
+[[nodiscard]] bool decode_jpeg_rows(std::span<const std::uint8_t> bytes, const std::filesystem::path& path,
+                                    std::uint32_t width, std::uint32_t height, const PixelRows& use);
 
 }  // namespace lumatlas

@@ -24,9 +24,9 @@ namespace {
 StoredView two_by_two(const std::vector<std::uint8_t>& grey, const std::vector<std::uint8_t>& validity) {
   StoredView view;
   view.camera = forward_camera(2, 2);
-  Photograph& photograph = own_photograph(view);
-  photograph = {2, 2, {}, {}};
+  Photograph photograph{2, 2, {}, {}};
   for (const std::uint8_t value : grey) photograph.rgb.insert(photograph.rgb.end(), 3, value);
+  view.photograph = std::make_shared<const StoredPhotograph>(std::move(photograph));
   own_mask(view).validity = validity;
   return view;
 }
@@ -71,7 +71,7 @@ TEST_CASE("a part of a view has the levels of the whole, and its border goes on"
     }
   }
   for (std::uint32_t channel = 0; channel < 3; ++channel)
-    CHECK(whole[0].rgba[channel] == view.photograph->rgb[channel]);
+    CHECK(whole[0].rgba[channel] == view.photograph->whole()->rgb[channel]);
 }
 
 TEST_CASE("a part whose sides do not halve so often is refused") {

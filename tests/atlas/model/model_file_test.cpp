@@ -56,10 +56,10 @@ void check_same(const StoredView& a, const StoredView& b) {
   CAPTURE(a.name);
   CHECK(a.name == b.name);
   check_same(a.camera, b.camera);
-  CHECK(a.photograph->width == b.photograph->width);
-  CHECK(a.photograph->height == b.photograph->height);
-  CHECK(a.photograph->rgb == b.photograph->rgb);
-  CHECK(a.photograph->valid == b.photograph->valid);
+  CHECK(a.photograph->width() == b.photograph->width());
+  CHECK(a.photograph->height() == b.photograph->height());
+  CHECK(a.photograph->whole()->rgb == b.photograph->whole()->rgb);
+  CHECK(a.photograph->valid() == b.photograph->valid());
   CHECK(a.mask->trust == b.mask->trust);
   CHECK(a.mask->depth == b.mask->depth);
   CHECK(a.mask->validity == b.mask->validity);
@@ -180,8 +180,9 @@ TEST_CASE("a model in tiles reads back: which are there, their pixels, and black
   for (std::uint32_t view = 0; view < read.views.size(); ++view) {
     const std::vector<std::uint8_t> there = written.tiles.resident_pixels(view, written.views[view]->camera);
     for (std::size_t byte = 0; byte < 3 * there.size(); ++byte) {
-      const std::uint8_t expected = there[byte / 3] ? written.views[view]->photograph->rgb[byte] : 0;
-      if (read.views[view]->photograph->rgb[byte] != expected) FAIL_CHECK("view " << view << ", byte " << byte);
+      const std::uint8_t expected = there[byte / 3] ? written.views[view]->photograph->whole()->rgb[byte] : 0;
+      if (read.views[view]->photograph->whole()->rgb[byte] != expected)
+        FAIL_CHECK("view " << view << ", byte " << byte);
       black += there[byte / 3] ? 0 : 1;
     }
     for (std::size_t pixel = 0; pixel < there.size(); ++pixel) {
@@ -315,13 +316,13 @@ TEST_CASE("photographs as JPEG are smaller and nearly the same, masks stay exact
   for (std::uint32_t view = 0; view < 3; ++view) {
     const StoredView &before = *written.views[view], &after = *read.views[view];
     CHECK(after.mask->trust == before.mask->trust);
-    CHECK(after.photograph->valid == before.photograph->valid);
-    std::vector<std::uint8_t> there(before.photograph->rgb.size() / 3, 1);
+    CHECK(after.photograph->valid() == before.photograph->valid());
+    std::vector<std::uint8_t> there(before.photograph->whole()->rgb.size() / 3, 1);
     if (tile_px > 0) there = written.tiles.resident_pixels(view, before.camera);
     double squares = 0, count = 0;
-    for (std::size_t byte = 0; byte < before.photograph->rgb.size(); ++byte) {
+    for (std::size_t byte = 0; byte < before.photograph->whole()->rgb.size(); ++byte) {
       if (!there[byte / 3]) continue;
-      squares += std::pow(before.photograph->rgb[byte] - after.photograph->rgb[byte], 2);
+      squares += std::pow(before.photograph->whole()->rgb[byte] - after.photograph->whole()->rgb[byte], 2);
       ++count;
     }
     CHECK(std::sqrt(squares / count) < 4);  // of 255; with black beside the tiles it is 9

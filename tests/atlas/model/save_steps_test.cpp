@@ -94,8 +94,8 @@ Shown shown(const Snapshot& snapshot) {
   all.gains = snapshot.gains;
   all.colors = snapshot.vertex_colors.get();
   for (const auto& view : snapshot.views) {
-    all.photographs.push_back(view->photograph->rgb);
-    all.trust.push_back(view->mask->trust);
+    all.photographs.push_back(view->photograph->whole()->rgb);
+    all.trust.push_back(view->mask->trust.all());
   }
   return all;
 }
@@ -110,8 +110,8 @@ Snapshot model_number(std::uint8_t number) {
   for (auto& view : snapshot.views) {
     if (!view) continue;
     auto other = std::make_shared<StoredView>(*view);
-    for (std::uint8_t& value : own_photograph(*other).rgb) value = static_cast<std::uint8_t>(value ^ number);
-    for (std::uint8_t& value : own_mask(*other).trust) value = static_cast<std::uint8_t>(value ^ number);
+    change_colors(*other, [&](std::uint8_t value) { return value ^ number; });
+    for (std::uint8_t& value : own_mask(*other).trust.values()) value = static_cast<std::uint8_t>(value ^ number);
     view = other;
   }
   FallbackColors::Colors colors = snapshot.vertex_colors.get();

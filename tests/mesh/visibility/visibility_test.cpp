@@ -163,7 +163,7 @@ TEST_CASE("a part of the buffer is that part of the whole to the bit, and nothin
     std::vector<std::uint8_t> wanted(whole.face.size());
     for (std::uint8_t& pixel : wanted) pixel = random() % one_of == 0 ? 1 : 0;
     VisibilityBuffer part;
-    visibility.trace_part(camera, wanted, part);
+    visibility.trace_part(camera, {0, 0, camera.width, camera.height}, wanted, part);
     REQUIRE(part.face.size() == whole.face.size());
     std::size_t seen = 0;
     for (std::size_t pixel = 0; pixel < wanted.size(); ++pixel) {
@@ -175,7 +175,38 @@ TEST_CASE("a part of the buffer is that part of the whole to the bit, and nothin
     CHECK(seen > 0);
   }
   VisibilityBuffer part;
-  CHECK_THROWS_AS(visibility.trace_part(camera, std::vector<std::uint8_t>(3, 1), part), std::invalid_argument);
+  CHECK_THROWS_AS(
+      visibility.trace_part(camera, {0, 0, camera.width, camera.height}, std::vector<std::uint8_t>(3, 1), part),
+      std::invalid_argument);
+}
+
+TEST_CASE("a window of the buffer is that window of the whole to the bit") {
+  const RayVisibility visibility(random_triangles(300, 9));
+  const Camera camera = straight_camera().scaled_to(801, 599);
+  const VisibilityBuffer whole = visibility.trace_sparsely(camera);
+  for (const PixelRect& part : {PixelRect{0, 0, 10, 10}, PixelRect{390, 250, 70, 3}, PixelRect{700, 598, 101, 1}}) {
+    const PixelRect window = window_for_part(camera, part);
+    CHECK(window.pixels() < whole.face.size());
+    std::vector<std::uint8_t> wanted(window.pixels(), 0);
+    for (std::uint32_t y = part.y - window.y; y < part.bottom() - window.y; ++y) {
+      std::fill_n(wanted.begin() + y * window.width + part.x - window.x, part.width, std::uint8_t{1});
+    }
+    VisibilityBuffer buffer;
+    visibility.trace_part(camera, window, wanted, buffer);
+    REQUIRE(buffer.face.size() == window.pixels());
+    for (std::uint32_t y = part.y; y < part.bottom(); ++y) {
+      for (std::uint32_t x = part.x; x < part.right(); ++x) {
+        const std::size_t here = std::size_t{y - window.y} * window.width + x - window.x;
+        const std::size_t there = std::size_t{y} * camera.width + x;
+        if (buffer.face[here] == whole.face[there] && buffer.depth[here] == whole.depth[there]) continue;
+        FAIL_CHECK("pixel " << x << ", " << y);
+      }
+    }
+  }
+  VisibilityBuffer buffer;
+  const std::vector<std::uint8_t> wanted(64 * 64, 1);
+  CHECK_THROWS_AS(visibility.trace_part(camera, {8, 0, 64, 64}, wanted, buffer), std::invalid_argument);
+  CHECK_THROWS_AS(visibility.trace_part(camera, {768, 0, 64, 64}, wanted, buffer), std::invalid_argument);
 }
 
 // Seen from the origin along z, as a wave of hills that bends slowly, with a hole and a box in front of it.

@@ -336,8 +336,8 @@ TEST_CASE("what masks take out of photographs is valid in no stored view, refine
     for (const auto& view : result.snapshot.views) {
       if (!view || std::stoi(view->name) % 2 != 0) continue;
       ++masked;
-      REQUIRE(view->photograph->valid.size() == 64 * 48);
-      for (std::size_t i = 0; i < 64 * 48; ++i) CHECK((view->photograph->valid[i] == 0) == (i % 64 < 32));
+      REQUIRE(view->photograph->valid().size() == 64 * 48);
+      for (std::size_t i = 0; i < 64 * 48; ++i) CHECK((view->photograph->valid()[i] == 0) == (i % 64 < 32));
     }
     CHECK(masked > 3);
   }

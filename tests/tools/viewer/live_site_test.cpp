@@ -122,7 +122,7 @@ TEST_CASE("what did not change keeps its name, and what no version needs any mor
   const Read first(running);
   Snapshot moved = room(5);  // made anew: only what follows differs
   auto other = std::make_shared<StoredView>(*moved.views[1]);
-  for (std::uint8_t& value : own_photograph(*other).rgb) value ^= 0x40;
+  change_colors(*other, [](std::uint8_t value) { return value ^ 0x40; });
   moved.views[1] = other;
   site.update(moved, false);
   const Read second(running);

@@ -19,7 +19,7 @@ StoredView view() {
 TEST_CASE("a factor of one changes nothing") {
   const StoredView stored = view();
   const ScaledView scaled = scaled_view(stored, 1);
-  CHECK(scaled.photograph.rgb == stored.photograph->rgb);
+  CHECK(scaled.photograph.rgb == stored.photograph->whole()->rgb);
   CHECK(scaled.validity == stored.mask->validity);
   CHECK(scaled.rim == stored.mask->rim);
 }
@@ -42,8 +42,8 @@ TEST_CASE("half the size is the next coarser level") {
 
 TEST_CASE("other factors keep one colour, and a part of a pixel at the border") {
   StoredView stored = view();
-  std::vector<std::uint8_t>&rgb = own_photograph(stored).rgb, &validity = own_mask(stored).validity;
-  std::fill(rgb.begin(), rgb.end(), std::uint8_t{77});
+  change_colors(stored, [](std::uint8_t) { return 77; });
+  std::vector<std::uint8_t>& validity = own_mask(stored).validity.values();
   std::fill(validity.begin(), validity.end(), std::uint8_t{255});
   const ScaledView scaled = scaled_view(stored, 41.0 / 64);
   CHECK(scaled.width == 62);   // 61.5
@@ -65,11 +65,12 @@ TEST_CASE("a small picture keeps its shape") {
 
 TEST_CASE("a small picture has no holes where tiles are missing") {
   StoredView stored = view();
-  Photograph& photograph = own_photograph(stored);
-  std::fill(photograph.rgb.begin(), photograph.rgb.end(), std::uint8_t{90});
-  for (std::uint32_t y = 16; y < 48; ++y) {  // two rows of tiles, without their last column
-    for (std::uint32_t x = 0; x < 80; ++x) std::fill_n(&photograph.rgb[3 * (y * 96 + x)], 3, std::uint8_t{0});
-  }
+  change_photograph(stored, [](Photograph& photograph) {
+    std::fill(photograph.rgb.begin(), photograph.rgb.end(), std::uint8_t{90});
+    for (std::uint32_t y = 16; y < 48; ++y) {  // two rows of tiles, without their last column
+      for (std::uint32_t x = 0; x < 80; ++x) std::fill_n(&photograph.rgb[3 * (y * 96 + x)], 3, std::uint8_t{0});
+    }
+  });
   std::vector<std::uint8_t> there(6 * 5, 1);
   for (std::size_t tile = 6; tile < 18; ++tile) there[tile] = tile % 6 == 5 ? 1 : 0;
   const Photograph holes = small_picture(stored, 24);

@@ -87,7 +87,7 @@ TEST_CASE("no name of a site means one thing in one version and another in the n
   const Snapshot first = small_room();
   Snapshot second = first;
   auto other = std::make_shared<StoredView>(*first.views[1]);
-  for (std::uint8_t& value : own_photograph(*other).rgb) value ^= 0x40;
+  change_colors(*other, [](std::uint8_t value) { return value ^ 0x40; });
   second.views[1] = other;
   auto surface = std::make_shared<Surface>(*first.surface);
   surface->mesh.positions.front() += glm::vec3(0.01F);

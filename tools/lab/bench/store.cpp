@@ -198,8 +198,9 @@ nlohmann::json measured_uploads(const std::shared_ptr<const Surface>& surface, c
   int step = 0;
   const auto mask_one = [&] {
     auto mask = std::make_shared<ViewMask>(*atlas->view(1)->mask);
-    for (std::size_t pixel = 0; pixel < mask->validity.size(); pixel += 3) {
-      mask->validity[pixel] = static_cast<std::uint8_t>(100 + step);
+    std::vector<std::uint8_t>& validity = mask->validity.values();
+    for (std::size_t pixel = 0; pixel < validity.size(); pixel += 3) {
+      validity[pixel] = static_cast<std::uint8_t>(100 + step);
     }
     ++step;
     atlas->replace_mask(1, std::move(mask), *atlas->shown(1));

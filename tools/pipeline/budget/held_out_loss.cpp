@@ -94,9 +94,9 @@ HeldOutLoss::Picture HeldOutLoss::picture_of(const StoredView& view, std::uint32
   for (std::uint32_t y = 0; y < picture.camera.height; ++y) {
     for (std::uint32_t x = 0; x < picture.camera.width; ++x) {
       const std::size_t pixel = std::size_t{top + y} * whole.width + left + x;
-      const auto rgb = view.photograph->rgb.begin() + static_cast<std::ptrdiff_t>(3 * pixel);
-      picture.photograph.rgb.insert(picture.photograph.rgb.end(), rgb, rgb + 3);
-      const bool in_lens = view.photograph->valid.empty() || view.photograph->valid[pixel] != 0;
+      const StoredPhotograph::Color rgb = view.photograph->color(pixel);
+      picture.photograph.rgb.insert(picture.photograph.rgb.end(), rgb.begin(), rgb.end());
+      const bool in_lens = view.photograph->is_inside_lens(pixel);
       picture.counts.push_back(in_lens && (view.mask->trust.empty() || view.mask->trust[pixel] >= kLeastTrust) ? 1 : 0);
     }
   }

@@ -184,7 +184,7 @@ TEST_CASE("faces go after photographs were downscaled, and of refined views") {
   CHECK(result.face_loss_db != 0);
   for (const auto& view : result.snapshot.views) {
     if (!view) continue;
-    CHECK(view->camera.width == view->photograph->width);
+    CHECK(view->camera.width == view->photograph->width());
     CHECK(view->mask->depth.size() == std::size_t{view->camera.width} * view->camera.height);
   }
 }

@@ -133,10 +133,10 @@ TEST_CASE("what the pictures of a store lose is what they lose in its folds, dra
     const StoredView& view = *snapshot.views[out];
     const Rendering whole = draw(others, {out}, view.camera), less = draw(left, {out}, view.camera);
     double before = 0, after = 0;
-    for (std::size_t value = 0; value < view.photograph->rgb.size(); ++value) {
+    for (std::size_t value = 0; value < 3 * view.photograph->pixels(); ++value) {
       if (whole.state[value / 3] != PixelState::textured) continue;
-      before += std::pow(int{whole.picture.rgb[value]} - int{view.photograph->rgb[value]}, 2);
-      after += std::pow(int{less.picture.rgb[value]} - int{view.photograph->rgb[value]}, 2);
+      before += std::pow(int{whole.picture.rgb[value]} - int{view.photograph->color(value / 3).at(value % 3)}, 2);
+      after += std::pow(int{less.picture.rgb[value]} - int{view.photograph->color(value / 3).at(value % 3)}, 2);
     }
     sum += 10 * std::log10(after / before);
   }
@@ -203,8 +203,10 @@ TEST_CASE("each fold chooses its own tiles, and loses more the fewer they are") 
       const StoredView& view = *store.atlas.view(out);
       const Rendering whole = draw(out, 1, view.camera), less = draw(out, kShares[i], view.camera);
       const std::vector<std::uint8_t> counts = textured_pixels(whole);
-      sum += psnr(whole.picture, *view.photograph, counts) - psnr(less.picture, *view.photograph, counts);
-      ssim_sum += ssim(whole.picture, *view.photograph, counts) - ssim(less.picture, *view.photograph, counts);
+      sum += psnr(whole.picture, *view.photograph->whole(), counts) -
+             psnr(less.picture, *view.photograph->whole(), counts);
+      ssim_sum += ssim(whole.picture, *view.photograph->whole(), counts) -
+                  ssim(less.picture, *view.photograph->whole(), counts);
     }
     CAPTURE(kShares[i], losses[i].mean_db);
     CHECK(losses[i].mean_db == Approx(sum / 8).margin(0.01));

@@ -1,0 +1,170 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// One value for each pixel of an image: of all pixels, or of some parts, so that memory follows the parts that somebody
+// needs and not the size of the image.
+#pragma once
+
+#include <algorithm>
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <stdexcept>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "mesh/base/number_text.h"
+#include "mesh/base/pixel_rect.h"
+
+namespace lumatlas {
+
+// Pixels are counted row by row from the top left. Reads like a std::vector. Values of pixels are looked up in constant
+// time: by one step where all pixels have their own, by two tables where only parts do. Parts are kept in blocks of
+// kBlockSide x kBlockSide pixels, without those in which all pixels have the value of what is elsewhere.
+template <typename T>
+class PixelList {
+ public:
+  static constexpr std::uint32_t kBlockSide = 8;
+  static constexpr std::uint32_t kPageSide = 8 * kBlockSide;  // pixels of a page of the tables
+
+  PixelList() = default;
+  // Takes a value for every pixel. May be converted to, because a list of all pixels is the usual one.
+  PixelList(std::vector<T> all) : all_(std::move(all)) {}  // NOLINT(google-explicit-constructor)
+  // An image whose pixels have the value `elsewhere` until set_part() gives them others. The width must not be 0.
+  PixelList(std::uint32_t width, std::uint32_t height, const T& elsewhere)
+      : size_(std::size_t{width} * height),
+        width_(width),
+        elsewhere_(elsewhere),
+        page_columns_((width + kPageSide - 1) / kPageSide),
+        pages_(std::size_t{page_columns_} * ((height + kPageSide - 1) / kPageSide), kNone) {
+    if (width == 0) throw std::invalid_argument("pixels: an image of parts has a width of 0, must be at least 1");
+  }
+
+  [[nodiscard]] std::size_t size() const { return has_all() ? all_.size() : size_; }
+  [[nodiscard]] bool empty() const { return size() == 0; }
+  [[nodiscard]] bool has_all() const { return width_ == 0; }  // each pixel has its own value in memory
+
+  [[nodiscard]] T operator[](std::size_t pixel) const {
+    if (has_all()) return all_[pixel];
+    const auto x = static_cast<std::uint32_t>(pixel % width_), y = static_cast<std::uint32_t>(pixel / width_);
+    const std::uint32_t block = block_at(x, y);
+    return block == kNone ? elsewhere_ : values_[block + place_in_block(x, y)];
+  }
+
+  // Asks the processor to load a pixel's value. Does nothing where parts are kept.
+  void prefetch(std::size_t pixel) const {
+    if (has_all()) __builtin_prefetch(&all_[pixel]);
+  }
+
+  // Gives a part of an image of parts its values, row by row. Throws std::invalid_argument unless the list keeps parts,
+  // the rectangle is within the image, and there is one value per pixel.
+  void set_part(const PixelRect& part, std::span<const T> values) {
+    const std::uint32_t height = has_all() ? 0 : static_cast<std::uint32_t>(size_ / width_);
+    if (!part.is_within(width_, height) || values.size() != part.pixels()) {
+      throw std::invalid_argument("pixels: a part of " + size_text(part.width, part.height) + " pixels with " +
+                                  std::to_string(values.size()) + " values is set in an image of " +
+                                  size_text(width_, height));
+    }
+    for (std::uint32_t row = 0; row < part.height; ++row) {
+      for (std::uint32_t column = 0; column < part.width; ++column) {
+        const std::uint32_t x = part.x + column, y = part.y + row;
+        const T& value = values[std::size_t{row} * part.width + column];
+        if (value == elsewhere_ && block_at(x, y) == kNone) continue;
+        values_[block_made_at(x, y) + place_in_block(x, y)] = value;
+      }
+    }
+  }
+
+  // Calls use(pixel, value) for each pixel that has a value in memory, in ascending order. Others have the value
+  // `elsewhere`.
+  template <typename Use>
+  void for_each(const Use& use) const {
+    if (has_all()) {
+      for (std::size_t pixel = 0; pixel < all_.size(); ++pixel) use(pixel, all_[pixel]);
+      return;
+    }
+    for (std::size_t row = 0; row < size_; row += width_) for_each_in_row(row, use);
+  }
+
+  // Returns the values of all pixels.
+  [[nodiscard]] std::vector<T> all() const {
+    if (has_all()) return all_;
+    std::vector<T> values(size_, elsewhere_);
+    for_each([&](std::size_t pixel, const T& value) { values[pixel] = value; });
+    return values;
+  }
+
+  // Gives every pixel a value of its own in memory, and returns these values, which may be changed.
+  [[nodiscard]] std::vector<T>& values() {
+    if (!has_all()) *this = PixelList(all());
+    return all_;
+  }
+
+  // Returns the bytes that the values and their tables take.
+  [[nodiscard]] std::size_t bytes() const {
+    return sizeof(T) * (all_.size() + values_.size()) + sizeof(std::uint32_t) * (pages_.size() + blocks_.size());
+  }
+
+  friend bool operator==(const PixelList& a, const PixelList& b) {
+    if (a.has_all() && b.has_all()) return a.all_ == b.all_;
+    return a.all() == b.all();
+  }
+
+ private:
+  static constexpr std::uint32_t kNone = ~0u;
+  static constexpr std::uint32_t kBlockPixels = kBlockSide * kBlockSide;
+  static constexpr std::uint32_t kPageBlocks = (kPageSide / kBlockSide) * (kPageSide / kBlockSide);
+
+  [[nodiscard]] static std::uint32_t place_in_block(std::uint32_t x, std::uint32_t y) {
+    return y % kBlockSide * kBlockSide + x % kBlockSide;
+  }
+  [[nodiscard]] std::size_t page_of(std::uint32_t x, std::uint32_t y) const {
+    return std::size_t{y / kPageSide} * page_columns_ + x / kPageSide;
+  }
+  [[nodiscard]] static std::uint32_t block_in_page(std::uint32_t x, std::uint32_t y) {
+    return y % kPageSide / kBlockSide * (kPageSide / kBlockSide) + x % kPageSide / kBlockSide;
+  }
+
+  // Returns the number of the first value of the pixel's block, or kNone.
+  [[nodiscard]] std::uint32_t block_at(std::uint32_t x, std::uint32_t y) const {
+    const std::uint32_t page = pages_[page_of(x, y)];
+    return page == kNone ? kNone : blocks_[page + block_in_page(x, y)];
+  }
+
+  [[nodiscard]] std::uint32_t block_made_at(std::uint32_t x, std::uint32_t y) {
+    std::uint32_t& page = pages_[page_of(x, y)];
+    if (page == kNone) {
+      page = static_cast<std::uint32_t>(blocks_.size());
+      blocks_.resize(blocks_.size() + kPageBlocks, kNone);
+    }
+    std::uint32_t& block = blocks_[page + block_in_page(x, y)];
+    if (block == kNone) {
+      block = static_cast<std::uint32_t>(values_.size());
+      values_.resize(values_.size() + kBlockPixels, elsewhere_);
+    }
+    return block;
+  }
+
+  template <typename Use>
+  void for_each_in_row(std::size_t first_pixel, const Use& use) const {
+    const auto y = static_cast<std::uint32_t>(first_pixel / width_);
+    for (std::uint32_t x = 0; x < width_; x += kBlockSide) {
+      const std::uint32_t block = block_at(x, y);
+      if (block == kNone) continue;
+      const std::uint32_t end = std::min(x + kBlockSide, width_);
+      for (std::uint32_t column = x; column < end; ++column) {
+        use(first_pixel + column, values_[block + place_in_block(column, y)]);
+      }
+    }
+  }
+
+  std::vector<T> all_;       // empty where parts are kept
+  std::size_t size_ = 0;     // of an image of parts
+  std::uint32_t width_ = 0;  // 0: all pixels have their values in all_
+  T elsewhere_{};
+  std::uint32_t page_columns_ = 0;
+  std::vector<std::uint32_t> pages_;   // for each page the first of its blocks, or kNone
+  std::vector<std::uint32_t> blocks_;  // for each block of a page its first value, or kNone
+  std::vector<T> values_;
+};
+
+}  // namespace lumatlas
