@@ -134,10 +134,11 @@ struct Renderer::State {
   void draw_surface(const SurfaceTargets& target, std::uint32_t across);
   void draw_faces(bool marks);
   void draw_screen(GLuint program, const SurfaceTargets& surface_targets) const;
-  void draw_blend(const GlFramebuffer& target, const BlendOptions& options, bool linear);
+  void draw_blend(const GlFramebuffer& target, const BlendOptions& options, Output output);
   void mark_sampled(const GlFramebuffer& target);
-  void draw_samples(const GlFramebuffer& target, const BlendOptions& options, bool linear);
+  void draw_samples(const GlFramebuffer& target, const BlendOptions& options, Output output);
   void draw_picture(const BlendOptions& options);
+  [[nodiscard]] std::vector<float> draw_floats(const BlendOptions& options, Output output);
   [[nodiscard]] Rendering read_back() const;
 };
 
@@ -318,7 +319,7 @@ void Renderer::State::draw_screen(GLuint program, const SurfaceTargets& surface_
 }
 
 // The middles of all pixels, by the surface that is drawn of them. The framebuffer has their stencil.
-void Renderer::State::draw_blend(const GlFramebuffer& target, const BlendOptions& options, bool linear) {
+void Renderer::State::draw_blend(const GlFramebuffer& target, const BlendOptions& options, Output output) {
   constexpr std::array<GLfloat, 4> kEmpty{};
   glBindFramebuffer(GL_FRAMEBUFFER, target.get());
   glViewport(0, 0, static_cast<GLsizei>(targets.width), static_cast<GLsizei>(targets.height));
@@ -331,7 +332,7 @@ void Renderer::State::draw_blend(const GlFramebuffer& target, const BlendOptions
     draw_screen(programs.get({.pass = Pass::blend,
                               .views = options.views,
                               .cells = kCellsOfShader.at(i),
-                              .linear = linear,
+                              .output = output,
                               .cubic = sampled_cubic(options) > 0}),
                 targets.middles);
   }
@@ -361,7 +362,7 @@ void Renderer::State::mark_sampled(const GlFramebuffer& target) {
 }
 
 // Means over samples in place of the middles' colours, whose states stay, where the middles' surface says so.
-void Renderer::State::draw_samples(const GlFramebuffer& target, const BlendOptions& options, bool linear) {
+void Renderer::State::draw_samples(const GlFramebuffer& target, const BlendOptions& options, Output output) {
   add_samples(targets, options.supersample);
   mark_sampled(target);
   draw_surface(targets.samples, options.supersample);
@@ -374,13 +375,23 @@ void Renderer::State::draw_samples(const GlFramebuffer& target, const BlendOptio
   draw_screen(programs.get({.pass = Pass::samples,
                             .views = options.views,
                             .cells = 4,
-                            .linear = linear,
+                            .output = output,
                             .cubic = sampled_cubic(options) > 0}),
               targets.samples);
   glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
   glStencilMask(0xFF);
   glDisable(GL_STENCIL_TEST);
   check_gl("drawing means over samples");
+}
+
+// Returns the four channels of each pixel as floats.
+std::vector<float> Renderer::State::draw_floats(const BlendOptions& options, Output output) {
+  const GlTexture floats =
+      make_texture_2d(GL_RGBA32F, static_cast<GLsizei>(targets.width), static_cast<GLsizei>(targets.height));
+  const GlFramebuffer pass = make_framebuffer({&floats}, &targets.middles.z_buffer, true);
+  draw_blend(pass, options, output);
+  if (options.supersample > 1) draw_samples(pass, options, output);
+  return values_of<float>(pass, GL_COLOR_ATTACHMENT0, GL_RGBA, GL_FLOAT, targets, 4);
 }
 
 Rendering Renderer::State::read_back() const {
@@ -461,8 +472,8 @@ void Renderer::prepare(const Camera& camera, const BlendOptions& options) {
 }
 
 void Renderer::State::draw_picture(const BlendOptions& options) {
-  draw_blend(targets.pass, options, false);
-  if (options.supersample > 1) draw_samples(targets.pass, options, false);
+  draw_blend(targets.pass, options, Output::srgb);
+  if (options.supersample > 1) draw_samples(targets.pass, options, Output::srgb);
 }
 
 void Renderer::draw(const Camera& camera, const BlendOptions& options) {
@@ -501,13 +512,7 @@ Rendering Renderer::render(const Camera& camera, const BlendOptions& options) {
 LinearRendering Renderer::render_linear(const Camera& camera, const BlendOptions& options) {
   const GlStateGuard guard;
   prepare(camera, options);
-  State& state = *state_;
-  const GlTexture linear =
-      make_texture_2d(GL_RGBA32F, static_cast<GLsizei>(camera.width), static_cast<GLsizei>(camera.height));
-  const GlFramebuffer pass = make_framebuffer({&linear}, &state.targets.middles.z_buffer, true);
-  state.draw_blend(pass, options, true);
-  if (options.supersample > 1) state.draw_samples(pass, options, true);
-  const auto rgba = values_of<float>(pass, GL_COLOR_ATTACHMENT0, GL_RGBA, GL_FLOAT, state.targets, 4);
+  const std::vector<float> rgba = state_->draw_floats(options, Output::linear);
   LinearRendering rendering{camera.width, camera.height, {}, {}};
   rendering.rgb.reserve(rgba.size() / 4 * 3);
   rendering.state.reserve(rgba.size() / 4);
@@ -516,6 +521,16 @@ LinearRendering Renderer::render_linear(const Camera& camera, const BlendOptions
     rendering.state.push_back(static_cast<PixelState>(std::lround(255 * rgba[i + 3])));
   }
   return rendering;
+}
+
+std::vector<std::uint32_t> Renderer::count_fetches(const Camera& camera, const BlendOptions& options) {
+  const GlStateGuard guard;
+  prepare(camera, at_middle(options));
+  const std::vector<float> rgba = state_->draw_floats(at_middle(options), Output::fetches);
+  std::vector<std::uint32_t> counts;
+  counts.reserve(rgba.size() / 4);
+  for (std::size_t i = 0; i < rgba.size(); i += 4) counts.push_back(static_cast<std::uint32_t>(std::lround(rgba[i])));
+  return counts;
 }
 
 Diagnosis Renderer::diagnose(const Camera& camera, const BlendOptions& options) {

@@ -38,7 +38,8 @@ std::string definitions(const ProgramKey& key) {
   if (key.views > 0) text += definition("BLENDED_VIEWS", std::to_string(key.views));
   if (key.cells > 0) text += definition("CELLS", std::to_string(key.cells));
   if (key.pass == Pass::samples) text += "#define SAMPLES\n";
-  if (key.linear) text += "#define LINEAR\n";
+  if (key.output == Output::linear) text += "#define LINEAR\n";
+  if (key.output == Output::fetches) text += "#define COUNT_FETCHES\n";
   if (has_clip_control()) text += "#define CLIP_CONTROL\n";
   if (!key.cubic) text += "#define LINEAR_SAMPLING\n";
   return text;

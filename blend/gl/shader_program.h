@@ -20,13 +20,19 @@ enum class Pass : std::uint8_t {
   present,  // into the caller's framebuffer
 };
 
+enum class Output : std::uint8_t {
+  srgb,     // 8 bits a channel
+  linear,   // linear light
+  fetches,  // how many texels were fetched
+};
+
 // The settings that are compiled in. Passes that do not use one have 0 or false there.
 struct ProgramKey {
   Pass pass;
   std::uint32_t views = 0;  // K
   std::uint32_t cells = 0;  // cells that fade in a zone: 1, 2 or 4
-  bool linear = false;      // linear light in place of sRGB
-  bool cubic = false;       // some level of the photographs is sampled so
+  Output output = Output::srgb;
+  bool cubic = false;  // some level of the photographs is sampled so
 
   // clang-tidy 14 takes the 0 in a defaulted comparison for a pointer.
   [[nodiscard]] auto operator<=>(const ProgramKey&) const = default;  // NOLINT(modernize-use-nullptr)

@@ -5,6 +5,7 @@
 // variant SAMPLES a pixel is the mean over its samples; where none sees the surface, it stays what it was.
 
 #include "picture.glsl"
+#include "fetches.glsl"
 #include "surface_texel.glsl"
 #include "srgb.glsl"
 #include "tables.glsl"
@@ -20,7 +21,8 @@ uniform usampler2D surfaces;
 
 #include "photographs.glsl"
 
-// sRGB, in the variant LINEAR linear light; alpha: PixelState / 255.
+// sRGB, in the variant LINEAR linear light; alpha: PixelState / 255. In the variant COUNT_FETCHES the red channel is the
+// number of texels that were fetched.
 layout(location = 0) out vec4 picture;
 
 const float kUnseen = 1.0, kUntextured = 2.0, kTextured = 3.0;  // PixelState
@@ -209,7 +211,9 @@ vec4 shown() {
 
 void main() {
   vec4 color = shown();
-#ifdef LINEAR
+#ifdef COUNT_FETCHES
+  picture = vec4(float(fetches), 0.0, 0.0, color.a / 255.0);
+#elif defined(LINEAR)
   picture = vec4(color.rgb, color.a / 255.0);
 #else
   picture = vec4(srgb_from_linear(color.rgb), color.a / 255.0);

@@ -48,11 +48,11 @@ TEST_CASE("the picture's shaders are GLSL ES 3.00, and OpenGL ES compiles each w
   std::vector<ProgramKey> keys{{.pass = Pass::surface}, {.pass = Pass::silhouettes}, {.pass = Pass::present}};
   for (const std::uint32_t views : {1u, 3u, kMaxBlendedViews}) {
     keys.push_back({.pass = Pass::diagnose, .views = views});
-    for (const bool linear : {false, true}) {
-      keys.push_back({.pass = Pass::blend, .views = views, .cells = 1, .linear = linear});
-      keys.push_back({.pass = Pass::blend, .views = views, .cells = 2, .linear = linear});
-      keys.push_back({.pass = Pass::blend, .views = views, .cells = 4, .linear = linear});
-      keys.push_back({.pass = Pass::samples, .views = views, .cells = 4, .linear = linear});
+    for (const Output output : {Output::srgb, Output::linear, Output::fetches}) {
+      keys.push_back({.pass = Pass::blend, .views = views, .cells = 1, .output = output});
+      keys.push_back({.pass = Pass::blend, .views = views, .cells = 2, .output = output});
+      keys.push_back({.pass = Pass::blend, .views = views, .cells = 4, .output = output});
+      keys.push_back({.pass = Pass::samples, .views = views, .cells = 4, .output = output});
     }
   }
   for (const ProgramKey& key : keys) {
