@@ -34,8 +34,8 @@ std::vector<double> counts_of(Renderer& renderer, const BlendOptions& options) {
 
 // A change that makes the shader fetch more lowers the frame rate of every GPU: these limits are a little above what it
 // fetched when they were last set. A change that lowers the count lowers them too.
-constexpr double kMedianLimit = 180;
-constexpr double kTailLimit = 225;  // of 95 % of the pixels
+constexpr double kMedianLimit = 90;
+constexpr double kTailLimit = 120;  // of 95 % of the pixels
 
 TEST_CASE("the shader fetches no more texels a pixel than it did") {
   const std::optional<EglContext> context = context_or_skip();

@@ -2,9 +2,9 @@
 // Benchmark of rendering: milliseconds a picture for several numbers of references per cell. It also measures each step
 // that is there for speed, and each that costs some, beside the straightforward loops over a cell's references and over
 // every stored view. With --load, it measures milliseconds to load the next snapshot of a store in which one view has
-// taken another's place. With --fetches, it counts the texels that the shader fetches at each pixel, which is the same on
-// every driver, and times the pictures, of the model as it is. Needs saved models only, no photographs. A table in Markdown goes to stdout; exit status as of
-// lumatlas itself.
+// taken another's place. With --fetches, it counts the texels that the shader fetches at each pixel, which is the same
+// on every driver, and times the pictures, of the model as it is. Needs saved models only, no photographs. A table in
+// Markdown goes to stdout; exit status as of lumatlas itself.
 #include <epoxy/gl.h>
 #include <CLI/App.hpp>
 #include <CLI/Config.hpp>
