@@ -141,6 +141,7 @@ Times time_ways(Renderer& renderer, const std::vector<Camera>& cameras, const Fl
 
 double median(const std::vector<PictureTime>& times, double PictureTime::*clock) {
   std::vector<double> values;
+  values.reserve(times.size());
   for (const PictureTime& time : times) values.push_back(time.*clock);
   return percentile(values, 0.5);
 }
@@ -321,6 +322,7 @@ void measure_fetches(const std::filesystem::path& path, const Flags& flags) {
     const std::vector<double> counts = fetches_of(renderer, cameras[picture]);
     all.insert(all.end(), counts.begin(), counts.end());
     std::vector<PictureTime> times;
+    times.reserve(flags.repeats);
     for (std::uint32_t repeat = 0; repeat < flags.repeats; ++repeat) {
       times.push_back(time_picture(renderer, cameras[picture], {}));
     }
