@@ -26,6 +26,12 @@ std::size_t tile_entries(std::span<const Camera> views, const TileOptions& layou
   return tiles;
 }
 
+// The numbers of views are in a uniform block if they fit, else in a table.
+std::uint64_t views_bytes(std::size_t views) {
+  const std::size_t texels = kViewTexels * views;
+  return texels <= kBlockTexels ? kBlockTexels * kVectors.entry_bytes : table_bytes(kVectors, texels);
+}
+
 ArrayShape shape_of(std::span<const Camera> views, const TileOptions& layout, std::uint32_t resident_tiles) {
   return layout.whole_views() ? layers_shape(views, layout) : tiles_shape(resident_tiles, layout, ArrayLimits{});
 }
@@ -55,7 +61,7 @@ GpuBytes GpuByteCount::of(const ReferenceTable& references, std::span<const Came
   bytes.mesh = buffer_bytes(mesh.positions) + buffer_bytes(mesh.faces);
   bytes.vertices = buffer_bytes(mesh.colors) + buffer_bytes(mesh.shares) + buffer_bytes(mesh.zones);
   bytes.tables = table_bytes(kRecords, lists.zones.size()) + table_bytes(kRecords, lists.cells.size()) +
-                 table_bytes(kNumbers, lists.references.size()) + table_bytes(kVectors, kViewTexels * views.size()) +
+                 table_bytes(kPairs, lists.references.size()) + views_bytes(views.size()) +
                  table_bytes(kNumbers, tile_entries(views, layout));
   const ArrayShape shape = shape_of(views, layout, resident_tiles);
   bytes.depth = shape.depth_bytes();

@@ -28,6 +28,7 @@
 #include "blend/gl/shader_program.h"
 #include "blend/supersampling.h"
 #include "blend/tables/cell_shares.h"
+#include "blend/tables/ranked_references.h"
 #include "blend/tables/view_table.h"
 #include "blend/tables/zone_mesh.h"
 
@@ -50,6 +51,8 @@ constexpr double kNearShare = 1e-8;
 // In the stencil: 1 + which of kCellsOfShader is for the face, and which pixels are means of samples.
 constexpr GLint kSampled = 4;
 static_assert(kCellsOfShader.size() < kSampled);
+
+constexpr const char* kViewsName = "numbers of its views";
 
 template <typename T>
 GlTexture table_of(const GlTableFormat& format, const std::vector<T>& entries, const char* what) {
@@ -96,8 +99,10 @@ struct Renderer::State {
   ShaderPrograms programs;
   GlVertexArray no_vertices, mesh;
   GlBuffer positions, colors, shares, zone_numbers, faces, picture_block;
-  GlTexture zones, cells, reference_lists;
-  GlTable views{kVectors, "numbers of its views"};
+  GlTexture zones, cells;
+  GlTable reference_lists{kPairs, "references"};
+  GlTable views{kVectors, kViewsName};
+  GlBuffer views_block;  // the same, of kBlockTexels, where they fit
   PhotographArray photographs;
   std::array<GLsizei, kCellsOfShader.size()> index_counts{};  // faces for each shader, one after the other
   double near_depth = 0;
@@ -112,6 +117,10 @@ struct Renderer::State {
   // The loaded mesh, for stores that change. The cells that may be joined change with every view, and with them the
   // mesh. So once a store has changed under its surface, no cells are joined any more, under later surfaces either.
   ZoneCells zone_cells;
+  std::vector<Ball> balls;  // around the faces of each combination of cells
+  ZoneReferences lists;
+  std::vector<RankedReference> ranked;                    // the references of `lists` in the order that is drawn
+  std::vector<std::optional<glm::dvec3>> stored_centers;  // of the views' cameras, by slot
   std::vector<std::uint32_t> vertex_sources;
   FallbackColors loaded_colors;  // of the loaded mesh
   bool changes = false;
@@ -124,20 +133,24 @@ struct Renderer::State {
 
   void take_tables(const Snapshot& snapshot);
   void load_references();
+  void rank(const Camera& camera, const BlendOptions& options);
   // How many levels of the photographs are, the finest first.
   [[nodiscard]] std::uint32_t sampled_cubic(const BlendOptions& options) const;
   void renew_colors();
   void load_zones(double width);
   void load_mesh(const ZoneMesh& copy);
   void describe(const Camera& camera, const BlendOptions& options) const;
+  void store_views(std::vector<glm::vec4> table);
+  [[nodiscard]] bool views_in_block() const { return views_block.get() != 0; }
   void bind_tables() const;
   void draw_surface(const SurfaceTargets& target, std::uint32_t across);
   void draw_faces(bool marks);
   void draw_screen(GLuint program, const SurfaceTargets& surface_targets) const;
-  void draw_blend(const GlFramebuffer& target, const BlendOptions& options, bool linear);
+  void draw_blend(const GlFramebuffer& target, const BlendOptions& options, Output output);
   void mark_sampled(const GlFramebuffer& target);
-  void draw_samples(const GlFramebuffer& target, const BlendOptions& options, bool linear);
+  void draw_samples(const GlFramebuffer& target, const BlendOptions& options, Output output);
   void draw_picture(const BlendOptions& options);
+  [[nodiscard]] std::vector<float> draw_floats(const BlendOptions& options, Output output);
   [[nodiscard]] Rendering read_back() const;
 };
 
@@ -178,10 +191,16 @@ void Renderer::State::renew_colors() {
 }
 
 void Renderer::State::load_references() {
-  const ZoneReferences lists = zone_references(zone_cells, references, cell_seen, cell_deviation);
+  lists = zone_references(zone_cells, references, cell_seen, cell_deviation);
   zones = table_of(kRecords, lists.zones, "zones of cells that fade into each other");
   cells = table_of(kRecords, lists.cells, "cells");
-  reference_lists = table_of(kNumbers, lists.references, "references");
+  ranked = unranked(lists);
+}
+
+// Orders the references for a picture, if pixels may stop early, and copies them to the GPU.
+void Renderer::State::rank(const Camera& camera, const BlendOptions& options) {
+  if (steps.skip_losers) rank_references(lists, balls, camera, stored_centers, options, ranked);
+  reference_lists.store(std::as_bytes(std::span<const RankedReference>(ranked)));
 }
 
 // Mesh and zones for a width as in BlendOptions.
@@ -195,6 +214,7 @@ void Renderer::State::load_zones(double width) {
   is_joined = steps.join_cells && width > 0 && !changes;
   if (is_joined) cell_shares = joined(std::move(cell_shares), first_of_same_references(references));
   ZoneMesh copy = zone_mesh(surface->mesh, vertex_colors.get(), surface->cells.cell_of_face, cell_shares);
+  balls = balls_of_combinations(copy);
   zone_cells = std::move(copy.zone_cells);
   vertex_sources = std::move(copy.sources);
   load_references();
@@ -258,13 +278,29 @@ void Renderer::State::describe(const Camera& camera, const BlendOptions& options
   glBindBufferBase(GL_UNIFORM_BUFFER, kPictureBinding, picture_block.get());
 }
 
+// Copies the views' numbers to the GPU: to a uniform block, which shaders read faster than a texture, if they fit.
+void Renderer::State::store_views(std::vector<glm::vec4> table) {
+  if (table.size() > kBlockTexels) {
+    views_block = {};
+    views.store(std::as_bytes(std::span<const glm::vec4>(table)));
+    return;
+  }
+  table.resize(kBlockTexels);
+  views_block = make_buffer(table);
+  views = GlTable(kVectors, kViewsName);
+}
+
 void Renderer::State::bind_tables() const {
+  if (views_in_block()) {
+    glBindBufferBase(GL_UNIFORM_BUFFER, kViewsBinding, views_block.get());
+  } else {
+    bind_texture(TextureUnit::views, GL_TEXTURE_2D, views.texture());
+  }
   bind_texture(TextureUnit::photographs, GL_TEXTURE_2D_ARRAY, photographs.photographs());
   bind_texture(TextureUnit::depths, GL_TEXTURE_2D_ARRAY, photographs.depths());
   bind_texture(TextureUnit::zones, GL_TEXTURE_2D, zones);
   bind_texture(TextureUnit::cells, GL_TEXTURE_2D, cells);
-  bind_texture(TextureUnit::references, GL_TEXTURE_2D, reference_lists);
-  bind_texture(TextureUnit::views, GL_TEXTURE_2D, views.texture());
+  bind_texture(TextureUnit::references, GL_TEXTURE_2D, reference_lists.texture());
   bind_texture(TextureUnit::tile_slots, GL_TEXTURE_2D, photographs.tile_slots());
 }
 
@@ -318,7 +354,7 @@ void Renderer::State::draw_screen(GLuint program, const SurfaceTargets& surface_
 }
 
 // The middles of all pixels, by the surface that is drawn of them. The framebuffer has their stencil.
-void Renderer::State::draw_blend(const GlFramebuffer& target, const BlendOptions& options, bool linear) {
+void Renderer::State::draw_blend(const GlFramebuffer& target, const BlendOptions& options, Output output) {
   constexpr std::array<GLfloat, 4> kEmpty{};
   glBindFramebuffer(GL_FRAMEBUFFER, target.get());
   glViewport(0, 0, static_cast<GLsizei>(targets.width), static_cast<GLsizei>(targets.height));
@@ -331,8 +367,9 @@ void Renderer::State::draw_blend(const GlFramebuffer& target, const BlendOptions
     draw_screen(programs.get({.pass = Pass::blend,
                               .views = options.views,
                               .cells = kCellsOfShader.at(i),
-                              .linear = linear,
-                              .cubic = sampled_cubic(options) > 0}),
+                              .output = output,
+                              .cubic = sampled_cubic(options) > 0,
+                              .views_in_block = views_in_block()}),
                 targets.middles);
   }
   glStencilMask(0xFF);
@@ -361,7 +398,7 @@ void Renderer::State::mark_sampled(const GlFramebuffer& target) {
 }
 
 // Means over samples in place of the middles' colours, whose states stay, where the middles' surface says so.
-void Renderer::State::draw_samples(const GlFramebuffer& target, const BlendOptions& options, bool linear) {
+void Renderer::State::draw_samples(const GlFramebuffer& target, const BlendOptions& options, Output output) {
   add_samples(targets, options.supersample);
   mark_sampled(target);
   draw_surface(targets.samples, options.supersample);
@@ -374,13 +411,24 @@ void Renderer::State::draw_samples(const GlFramebuffer& target, const BlendOptio
   draw_screen(programs.get({.pass = Pass::samples,
                             .views = options.views,
                             .cells = 4,
-                            .linear = linear,
-                            .cubic = sampled_cubic(options) > 0}),
+                            .output = output,
+                            .cubic = sampled_cubic(options) > 0,
+                            .views_in_block = views_in_block()}),
               targets.samples);
   glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
   glStencilMask(0xFF);
   glDisable(GL_STENCIL_TEST);
   check_gl("drawing means over samples");
+}
+
+// Returns the four channels of each pixel as floats.
+std::vector<float> Renderer::State::draw_floats(const BlendOptions& options, Output output) {
+  const GlTexture floats =
+      make_texture_2d(GL_RGBA32F, static_cast<GLsizei>(targets.width), static_cast<GLsizei>(targets.height));
+  const GlFramebuffer pass = make_framebuffer({&floats}, &targets.middles.z_buffer, true);
+  draw_blend(pass, options, output);
+  if (options.supersample > 1) draw_samples(pass, options, output);
+  return values_of<float>(pass, GL_COLOR_ATTACHMENT0, GL_RGBA, GL_FLOAT, targets, 4);
 }
 
 Rendering Renderer::State::read_back() const {
@@ -439,8 +487,12 @@ void Renderer::load(const Snapshot& snapshot) {
   state.take_tables(snapshot);
   state.cubic_levels = cubic_levels(snapshot.tiles.options);
   state.photographs.load(snapshot, state.steps.blocks.value_or(!draws_in_software()));
-  state.views.store(std::as_bytes(std::span<const glm::vec4>(view_table(snapshot, state.photographs))));
+  state.store_views(view_table(snapshot, state.photographs));
   state.nearby_exposure.follow(snapshot);
+  state.stored_centers.assign(snapshot.views.size(), std::nullopt);
+  for (std::size_t slot = 0; slot < snapshot.views.size(); ++slot) {
+    if (snapshot.views[slot]) state.stored_centers[slot] = snapshot.views[slot]->camera.center();
+  }
   state.loaded = true;
 }
 
@@ -455,14 +507,15 @@ void Renderer::prepare(const Camera& camera, const BlendOptions& options) {
     state.targets = make_targets(camera.width, camera.height);
   }
   state.load_zones(options.border_width);
+  state.rank(camera, options);
   state.describe(camera, options);
   state.bind_tables();
   state.draw_surface(state.targets.middles, 1);
 }
 
 void Renderer::State::draw_picture(const BlendOptions& options) {
-  draw_blend(targets.pass, options, false);
-  if (options.supersample > 1) draw_samples(targets.pass, options, false);
+  draw_blend(targets.pass, options, Output::srgb);
+  if (options.supersample > 1) draw_samples(targets.pass, options, Output::srgb);
 }
 
 void Renderer::draw(const Camera& camera, const BlendOptions& options) {
@@ -501,13 +554,7 @@ Rendering Renderer::render(const Camera& camera, const BlendOptions& options) {
 LinearRendering Renderer::render_linear(const Camera& camera, const BlendOptions& options) {
   const GlStateGuard guard;
   prepare(camera, options);
-  State& state = *state_;
-  const GlTexture linear =
-      make_texture_2d(GL_RGBA32F, static_cast<GLsizei>(camera.width), static_cast<GLsizei>(camera.height));
-  const GlFramebuffer pass = make_framebuffer({&linear}, &state.targets.middles.z_buffer, true);
-  state.draw_blend(pass, options, true);
-  if (options.supersample > 1) state.draw_samples(pass, options, true);
-  const auto rgba = values_of<float>(pass, GL_COLOR_ATTACHMENT0, GL_RGBA, GL_FLOAT, state.targets, 4);
+  const std::vector<float> rgba = state_->draw_floats(options, Output::linear);
   LinearRendering rendering{camera.width, camera.height, {}, {}};
   rendering.rgb.reserve(rgba.size() / 4 * 3);
   rendering.state.reserve(rgba.size() / 4);
@@ -516,6 +563,16 @@ LinearRendering Renderer::render_linear(const Camera& camera, const BlendOptions
     rendering.state.push_back(static_cast<PixelState>(std::lround(255 * rgba[i + 3])));
   }
   return rendering;
+}
+
+std::vector<std::uint32_t> Renderer::count_fetches(const Camera& camera, const BlendOptions& options) {
+  const GlStateGuard guard;
+  prepare(camera, at_middle(options));
+  const std::vector<float> rgba = state_->draw_floats(at_middle(options), Output::fetches);
+  std::vector<std::uint32_t> counts;
+  counts.reserve(rgba.size() / 4);
+  for (std::size_t i = 0; i < rgba.size(); i += 4) counts.push_back(static_cast<std::uint32_t>(std::lround(rgba[i])));
+  return counts;
 }
 
 Diagnosis Renderer::diagnose(const Camera& camera, const BlendOptions& options) {
@@ -530,7 +587,9 @@ Diagnosis Renderer::diagnose(const Camera& camera, const BlendOptions& options) 
   constexpr std::array<GLuint, 4> kNoDiagnosis{0, kNoView, 0, 0};
   glClearBufferfv(GL_COLOR, 0, kEmpty.data());
   glClearBufferuiv(GL_COLOR, 1, kNoDiagnosis.data());
-  state.draw_screen(state.programs.get({.pass = Pass::diagnose, .views = options.views}), targets.middles);
+  state.draw_screen(
+      state.programs.get({.pass = Pass::diagnose, .views = options.views, .views_in_block = state.views_in_block()}),
+      targets.middles);
   const auto values =
       values_of<std::uint32_t>(pass, GL_COLOR_ATTACHMENT1, GL_RGBA_INTEGER, GL_UNSIGNED_INT, targets, 4);
   Diagnosis diagnosis{camera.width, camera.height, state.read_back().state, {}};

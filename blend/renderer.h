@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <vector>
 
 #include "atlas/snapshot.h"
 #include "blend/blend_options.h"
@@ -67,7 +68,7 @@ class Renderer {
   void set_options(const RendererOptions& steps);
 
   // Throws GlError for a picture above the driver's texture size or 2^29 pixels, std::invalid_argument unless camera
-  // and options pass check(), and without load(). So do the three functions below.
+  // and options pass check(), and without load(). So do the functions below.
   [[nodiscard]] Rendering render(const Camera& camera, const BlendOptions& options);
   // Like render(), but leaves the picture on the GPU, in picture_texture(). The GPU may still be at work on it.
   void draw(const Camera& camera, const BlendOptions& options);
@@ -82,6 +83,9 @@ class Renderer {
   [[nodiscard]] LinearRendering render_linear(const Camera& camera, const BlendOptions& options);
   // Returns the views and weights of the picture that render() returns.
   [[nodiscard]] Diagnosis diagnose(const Camera& camera, const BlendOptions& options);
+  // Returns how many texels the shader fetches at the middle of each pixel, row by row; 0 where no surface is seen. The
+  // driver and its GPU have no part in the number. A texel that the GPU filters is one.
+  [[nodiscard]] std::vector<std::uint32_t> count_fetches(const Camera& camera, const BlendOptions& options);
 
  private:
   struct State;

@@ -98,6 +98,7 @@ struct GlTableFormat {
 };
 
 inline constexpr GlTableFormat kNumbers{GL_R32UI, GL_RED_INTEGER, GL_UNSIGNED_INT, sizeof(std::uint32_t)};
+inline constexpr GlTableFormat kPairs{GL_RG32UI, GL_RG_INTEGER, GL_UNSIGNED_INT, 2 * sizeof(std::uint32_t)};
 inline constexpr GlTableFormat kRecords{GL_RGBA32UI, GL_RGBA_INTEGER, GL_UNSIGNED_INT, 4 * sizeof(std::uint32_t)};
 inline constexpr GlTableFormat kVectors{GL_RGBA32F, GL_RGBA, GL_FLOAT, 4 * sizeof(float)};
 

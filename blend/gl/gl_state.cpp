@@ -117,9 +117,12 @@ void GlStateGuard::note_draw_buffers() {
 
 void GlStateGuard::note_uniform_buffer() {
   uniform_buffer_ = number(GL_UNIFORM_BUFFER_BINDING);
-  glGetIntegeri_v(GL_UNIFORM_BUFFER_BINDING, kPictureBinding, &indexed_buffer_);
-  glGetInteger64i_v(GL_UNIFORM_BUFFER_START, kPictureBinding, &indexed_start_);
-  glGetInteger64i_v(GL_UNIFORM_BUFFER_SIZE, kPictureBinding, &indexed_size_);
+  for (std::size_t i = 0; i < indexed_buffers_.size(); ++i) {
+    IndexedBuffer& indexed = indexed_buffers_.at(i);
+    glGetIntegeri_v(GL_UNIFORM_BUFFER_BINDING, kBlockBindings.at(i), &indexed.buffer);
+    glGetInteger64i_v(GL_UNIFORM_BUFFER_START, kBlockBindings.at(i), &indexed.start);
+    glGetInteger64i_v(GL_UNIFORM_BUFFER_SIZE, kBlockBindings.at(i), &indexed.size);
+  }
 }
 
 // Samplers of the caller's would decide how our textures are read.
@@ -159,11 +162,14 @@ void GlStateGuard::restore_bindings() const {
     glBindSampler(unit.number, name_of(unit.sampler));
   }
   glActiveTexture(enum_of(active_texture_));
-  if (indexed_buffer_ != 0 && indexed_size_ > 0) {
-    glBindBufferRange(GL_UNIFORM_BUFFER, kPictureBinding, name_of(indexed_buffer_),
-                      static_cast<GLintptr>(indexed_start_), static_cast<GLsizeiptr>(indexed_size_));
-  } else {
-    glBindBufferBase(GL_UNIFORM_BUFFER, kPictureBinding, name_of(indexed_buffer_));
+  for (std::size_t i = 0; i < indexed_buffers_.size(); ++i) {
+    const auto& [buffer, start, size] = indexed_buffers_.at(i);
+    if (buffer != 0 && size > 0) {
+      glBindBufferRange(GL_UNIFORM_BUFFER, kBlockBindings.at(i), name_of(buffer), static_cast<GLintptr>(start),
+                        static_cast<GLsizeiptr>(size));
+    } else {
+      glBindBufferBase(GL_UNIFORM_BUFFER, kBlockBindings.at(i), name_of(buffer));
+    }
   }
   glBindBuffer(GL_UNIFORM_BUFFER, name_of(uniform_buffer_));
   glBindVertexArray(name_of(vertex_array_));

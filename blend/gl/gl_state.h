@@ -36,6 +36,10 @@ class GlStateGuard {
     GLuint number;
     GLint flat, layered, sampler;  // textures of two dimensions, arrays of them
   };
+  struct IndexedBuffer {
+    GLint buffer;
+    GLint64 start, size;
+  };
   struct StencilFace {
     GLenum face;
     GLint function, reference, mask, write_mask, fail, depth_fail, pass;
@@ -61,8 +65,8 @@ class GlStateGuard {
   std::array<GLfloat, 2> depth_range_{};
   std::array<GLint, 4> viewport_{};
   GLint program_ = 0, vertex_array_ = 0, array_buffer_ = 0, copy_buffer_ = 0, pack_buffer_ = 0, unpack_buffer_ = 0;
-  GLint uniform_buffer_ = 0, indexed_buffer_ = 0, draw_framebuffer_ = 0, read_framebuffer_ = 0;
-  GLint64 indexed_start_ = 0, indexed_size_ = 0;
+  GLint uniform_buffer_ = 0, draw_framebuffer_ = 0, read_framebuffer_ = 0;
+  std::array<IndexedBuffer, 2> indexed_buffers_;  // of the shaders' uniform blocks
 };
 
 }  // namespace lumatlas

@@ -38,8 +38,10 @@ std::string definitions(const ProgramKey& key) {
   if (key.views > 0) text += definition("BLENDED_VIEWS", std::to_string(key.views));
   if (key.cells > 0) text += definition("CELLS", std::to_string(key.cells));
   if (key.pass == Pass::samples) text += "#define SAMPLES\n";
-  if (key.linear) text += "#define LINEAR\n";
+  if (key.output == Output::linear) text += "#define LINEAR\n";
+  if (key.output == Output::fetches) text += "#define COUNT_FETCHES\n";
   if (has_clip_control()) text += "#define CLIP_CONTROL\n";
+  if (key.views_in_block) text += "#define VIEWS_IN_BLOCK\n";
   if (!key.cubic) text += "#define LINEAR_SAMPLING\n";
   return text;
 }
@@ -73,6 +75,11 @@ std::string defined(std::string_view source, const std::string& names) {
   return text;
 }
 
+void bind_block(const GlProgram& program, const char* name, GLuint binding) {
+  const GLuint block = glGetUniformBlockIndex(program.get(), name);
+  if (block != GL_INVALID_INDEX) glUniformBlockBinding(program.get(), block, binding);
+}
+
 }  // namespace
 
 std::string shared_definitions() {
@@ -87,7 +94,8 @@ std::string shared_definitions() {
          definition("DEPTH_BLOCK_SIDE", std::to_string(kDepthBlockSide)) +
          definition("MOST_DEPTH_SLOPE", constant(kMostDepthSlope)) +
          definition("TABLE_WIDTH", std::to_string(kTableWidth)) +
-         definition("VIEW_TEXELS", std::to_string(kViewTexels));
+         definition("VIEW_TEXELS", std::to_string(kViewTexels)) +
+         definition("BLOCK_TEXELS", std::to_string(kBlockTexels));
 }
 
 bool has_clip_control() {
@@ -99,9 +107,8 @@ GLuint ShaderPrograms::get(const ProgramKey& key) {
   const ProgramSource source = source_of(key.pass);
   const std::string names = definitions(key);
   GlProgram program = make_program(source.name, defined(source.vertex, names), defined(source.fragment, names));
-  if (const GLuint block = glGetUniformBlockIndex(program.get(), "Picture"); block != GL_INVALID_INDEX) {
-    glUniformBlockBinding(program.get(), block, kPictureBinding);
-  }
+  bind_block(program, "Picture", kPictureBinding);
+  bind_block(program, "Views", kViewsBinding);
   glUseProgram(program.get());
   for (std::size_t unit = 0; unit < kSamplers.size(); ++unit) {
     glUniform1i(glGetUniformLocation(program.get(), kSamplers.at(unit)), static_cast<GLint>(unit));

@@ -2,6 +2,7 @@
 // Internal to blend/: the programs that pictures are drawn with, made from the files in shaders/ when first asked for.
 #pragma once
 
+#include <array>
 #include <compare>
 #include <cstdint>
 #include <map>
@@ -20,13 +21,20 @@ enum class Pass : std::uint8_t {
   present,  // into the caller's framebuffer
 };
 
+enum class Output : std::uint8_t {
+  srgb,     // 8 bits a channel
+  linear,   // linear light
+  fetches,  // how many texels were fetched
+};
+
 // The settings that are compiled in. Passes that do not use one have 0 or false there.
 struct ProgramKey {
   Pass pass;
   std::uint32_t views = 0;  // K
   std::uint32_t cells = 0;  // cells that fade in a zone: 1, 2 or 4
-  bool linear = false;      // linear light in place of sRGB
-  bool cubic = false;       // some level of the photographs is sampled so
+  Output output = Output::srgb;
+  bool cubic = false;           // some level of the photographs is sampled so
+  bool views_in_block = false;  // the views are in a uniform block in place of a texture
 
   // clang-tidy 14 takes the 0 in a defaulted comparison for a pointer.
   [[nodiscard]] auto operator<=>(const ProgramKey&) const = default;  // NOLINT(modernize-use-nullptr)
@@ -42,7 +50,9 @@ enum class TextureUnit : std::uint8_t { photographs, depths, surfaces, zones, ce
 // Desktop OpenGL can; OpenGL ES writes gl_FragDepth instead.
 [[nodiscard]] bool has_clip_control();
 
-inline constexpr GLuint kPictureBinding = 0;  // the uniform block of shaders/picture.glsl
+// The uniform blocks of shaders/picture.glsl and shaders/tables.glsl.
+inline constexpr GLuint kPictureBinding = 0, kViewsBinding = 1;
+inline constexpr std::array kBlockBindings{kPictureBinding, kViewsBinding};
 
 class ShaderPrograms {
  public:

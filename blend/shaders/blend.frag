@@ -5,6 +5,7 @@
 // variant SAMPLES a pixel is the mean over its samples; where none sees the surface, it stays what it was.
 
 #include "picture.glsl"
+#include "fetches.glsl"
 #include "surface_texel.glsl"
 #include "srgb.glsl"
 #include "tables.glsl"
@@ -20,7 +21,8 @@ uniform usampler2D surfaces;
 
 #include "photographs.glsl"
 
-// sRGB, in the variant LINEAR linear light; alpha: PixelState / 255.
+// sRGB, in the variant LINEAR linear light; alpha: PixelState / 255. In the variant COUNT_FETCHES the red channel is the
+// number of texels that were fetched.
 layout(location = 0) out vec4 picture;
 
 const float kUnseen = 1.0, kUntextured = 2.0, kTextured = 3.0;  // PixelState
@@ -71,11 +73,18 @@ void rank_view(uint view, float weight, uint of_cells) {
 
 // Returns whether a view may be among the best of the cells that refer to it. Validity and the photograph's border can
 // only lower its weight.
-bool may_win(uint reference, uint of_cells, vec3 world, vec3 to_novel, float o) {
-  uint among = cells_of(reference) & of_cells;
+bool may_win(uvec2 reference, uint of_cells, vec3 world, vec3 to_novel, float o) {
+  uint among = cells_of(reference.x) & of_cells;
   if (among == 0u || sampling.w == 0) return among != 0u;
-  vec3 to_stored = view_texel(slot_of(reference), 3u).xyz - world;
-  return geometric_weight(to_novel, o, to_stored) > least_weight(among);
+  float least = least_weight(among);
+  if (!(bound_of(reference) > least)) return false;
+  vec3 to_stored = view_texel(slot_of(reference.x), 3u).xyz - world;
+  return geometric_weight(to_novel, o, to_stored) > least;
+}
+
+// Returns whether no view from this reference on can be among the best: all have this bound at most.
+bool ends_with(uvec2 reference, uint of_cells) {
+  return sampling.w != 0 && !(bound_of(reference) > least_weight(of_cells));
 }
 
 void look_at(uint reference, uint of_cells, vec3 world, vec3 to_novel, float o) {
@@ -97,12 +106,19 @@ void find_views(uvec2 range, uint of_cells, vec3 world) {
   float o = length(to_novel);
   if (range.x == range.y) return;
   uint next = range.x;
+  uint end = range.y;
   do {
     look_at(entry(references, next).x, of_cells, world, to_novel, o);
+    bool found = false;
     do {
       ++next;
-    } while (next < range.y && !may_win(entry(references, next).x, of_cells, world, to_novel, o));
-  } while (next < range.y);
+      if (next < end) {
+        uvec2 reference = entry(references, next).xy;
+        if (ends_with(reference, of_cells)) end = next;
+        found = next < end && may_win(reference, of_cells, world, to_novel, o);
+      }
+    } while (next < end && !found);
+  } while (next < end);
 }
 
 // Sets the share of each view in the pixel; returns the sum, 0 if no view is valid.
@@ -209,7 +225,9 @@ vec4 shown() {
 
 void main() {
   vec4 color = shown();
-#ifdef LINEAR
+#ifdef COUNT_FETCHES
+  picture = vec4(float(fetches), 0.0, 0.0, color.a / 255.0);
+#elif defined(LINEAR)
   picture = vec4(color.rgb, color.a / 255.0);
 #else
   picture = vec4(srgb_from_linear(color.rgb), color.a / 255.0);

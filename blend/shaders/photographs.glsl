@@ -3,21 +3,28 @@
 uniform sampler2DArray photographs;  // sRGB colour, linear once read; alpha: validity
 uniform usampler2DArray depths;      // blocks of them, see atlas/depth_blocks.h
 
+// Returns whole numbers' quotient, rounded down: exact for numbers up to 2^21, and far faster than the division of
+// integers, for which GPUs have no instruction.
+vec2 quotient(vec2 number, vec2 divisor) {
+  return floor((number + 0.5) / divisor);
+}
+
 // Finds the place of a view's image point in the texture array: texels, page; and the pixel where no gutters count.
 // Returns false if that tile is not resident.
 bool locate(vec4 size, vec2 image, out vec3 texel, out ivec3 pixel) {
-  uvec2 tile_size = uvec2(tiles.xy);
-  uvec2 tile = uvec2(image) / tile_size;
-  uint slot = entry(tile_slots, uint(size.z) + tile.y * uint(size.w) + tile.x).x;
+  vec2 tile_size = vec2(tiles.xy);
+  vec2 tile = quotient(floor(image), tile_size);
+  uint slot = entry(tile_slots, uint(size.z) + uint(tile.y) * uint(size.w) + uint(tile.x)).x;
   if (slot == kNothing) return false;
-  uint columns = uint(tiles.w);
-  uint in_page = columns * uint(samples.x);
-  uint page = slot / in_page;
-  uint at = slot - page * in_page;
-  uvec2 place = uvec2(at % columns, at / columns);
-  uvec2 origin = place * (tile_size + 2u * uint(tiles.z)) + uint(tiles.z);
-  texel = vec3(vec2(origin) + (image - vec2(tile * tile_size)), float(page));
-  pixel = ivec3(ivec2(place * tile_size) + ivec2(image) - ivec2(tile * tile_size), int(page));
+  float columns = float(tiles.w);
+  // Rows of all pages are numbered one after another.
+  float row = quotient(vec2(slot), vec2(columns)).x;
+  float page = quotient(vec2(row), vec2(samples.x)).x;
+  vec2 place = vec2(float(slot) - row * columns, row - page * float(samples.x));
+  float gutter = float(tiles.z);
+  vec2 in_tile = image - tile * tile_size;
+  texel = vec3(place * (tile_size + 2.0 * gutter) + gutter + in_tile, page);
+  pixel = ivec3(place * tile_size + floor(in_tile), page);
   return true;
 }
 

@@ -1,29 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "blend/tables/cell_runs.h"
 
-#include <algorithm>
-#include <array>
-#include <glm/glm.hpp>
 #include <stdexcept>
 #include <string>
 
+#include "blend/tables/view_pyramid.h"
+
 namespace lumatlas {
-
-namespace {
-
-// Unit normals, in the camera frame, of the planes that bound what the camera sees; all pass through its centre, and
-// the normals point to the side that is seen.
-using ViewPyramid = std::array<glm::dvec3, 5>;
-
-ViewPyramid view_pyramid(const Camera& camera) {
-  return {{{0, 0, 1},
-           glm::normalize(glm::dvec3(camera.fx, 0, camera.cx)),
-           glm::normalize(glm::dvec3(-camera.fx, 0, camera.width - camera.cx)),
-           glm::normalize(glm::dvec3(0, camera.fy, camera.cy)),
-           glm::normalize(glm::dvec3(0, -camera.fy, camera.height - camera.cy))}};
-}
-
-}  // namespace
 
 CellRuns::CellRuns(const Cells& cells, std::size_t faces) {
   if (cells.cell_of_face.size() != faces) {
@@ -60,10 +43,7 @@ std::vector<FaceRun> CellRuns::in_view(const Camera& camera) const {
   std::vector<FaceRun> runs;
   for (std::size_t cell = 0; cell < spheres_.size(); ++cell) {
     const glm::dvec3 center = camera.cam_from_world(spheres_[cell].center);
-    const bool outside = std::any_of(pyramid.begin(), pyramid.end(), [&](const glm::dvec3& normal) {
-      return glm::dot(normal, center) < -spheres_[cell].radius;
-    });
-    if (outside) continue;
+    if (outside(pyramid, center, spheres_[cell].radius)) continue;
     const std::uint32_t first = first_of_cell_[cell];
     const std::uint32_t count = first_of_cell_[cell + 1] - first;
     if (!runs.empty() && runs.back().first + runs.back().count == first) {

@@ -17,13 +17,12 @@ glm::dvec3 row_of(const glm::dmat3& matrix, int row) {
 }  // namespace
 
 std::vector<glm::vec4> view_table(const Snapshot& snapshot, const PhotographArray& photographs) {
-  constexpr std::uint32_t kMostInFloat = 1u << 24;
   std::vector<glm::vec4> table(kViewTexels * snapshot.views.size(), glm::vec4(0));
   for (std::uint32_t slot = 0; slot < snapshot.views.size(); ++slot) {
     if (!snapshot.views[slot]) continue;
     const Camera& camera = snapshot.views[slot]->camera;
-    if (photographs.first_tile(slot) > kMostInFloat) {
-      throw GlError("the model's views have more than " + std::to_string(kMostInFloat) +
+    if (photographs.first_tile(slot) > kMostTiles) {
+      throw GlError("the model's views have more than " + std::to_string(kMostTiles) +
                     " tiles: build it with fewer (--max-views) or with larger tiles");
     }
     glm::vec4* texel = &table[kViewTexels * slot];

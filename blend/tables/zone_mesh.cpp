@@ -59,8 +59,7 @@ void merge_references(const CellShares::Zone& cells, const ReferenceTable& refer
   for (std::size_t i = 0; i < cells.size() && cells.at(i) != kNoCell; ++i) {
     for (const std::uint32_t slot : references.of_cell(cells.at(i))) {
       const auto begin = merged.begin() + static_cast<std::ptrdiff_t>(first);
-      const auto found = std::find_if(
-          begin, merged.end(), [&](std::uint32_t entry) { return (entry & ((1u << kFirstCellBit) - 1)) == slot; });
+      const auto found = std::find_if(begin, merged.end(), [&](std::uint32_t entry) { return slot_of(entry) == slot; });
       if (found == merged.end()) {
         merged.push_back(slot | 1u << (kFirstCellBit + i));
       } else {
@@ -121,22 +120,21 @@ ZoneReferences zone_references(const ZoneCells& zones, const ReferenceTable& ref
   for (std::size_t cell = 0; cell < cell_seen.size(); ++cell) {
     result.cells.emplace_back(references.offsets[cell], references.offsets[cell + 1], cell_seen[cell] ? 1 : 0, 0);
   }
-  std::vector<glm::uvec2> ranges;
-  ranges.reserve(zones.combinations.size());
+  result.ranges.reserve(zones.combinations.size());
   for (const CellShares::Zone& cells : zones.combinations) {
     if (of_one_cell(cells)) {
-      ranges.emplace_back(result.cells[cells[0]]);
+      result.ranges.emplace_back(result.cells[cells[0]]);
       continue;
     }
     const auto first = static_cast<std::uint32_t>(result.references.size());
     merge_references(cells, references, result.references);
-    ranges.emplace_back(first, static_cast<std::uint32_t>(result.references.size()));
+    result.ranges.emplace_back(first, static_cast<std::uint32_t>(result.references.size()));
   }
   result.zones.reserve(zones.cell.size());
   for (std::size_t zone = 0; zone < zones.cell.size(); ++zone) {
     const std::uint32_t cell = zones.cell[zone];
     const float deviation = cell_deviation.empty() ? 0.0f : cell_deviation[cell];
-    result.zones.emplace_back(ranges[zones.combination[zone]], cell, deviation_bits(deviation));
+    result.zones.emplace_back(result.ranges[zones.combination[zone]], cell, deviation_bits(deviation));
   }
   return result;
 }

@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <glm/gtc/type_precision.hpp>
+#include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 #include <glm/vec4.hpp>
 #include <vector>
@@ -49,7 +50,13 @@ struct ZoneReferences {
   std::vector<glm::uvec4> zones;          // references from and to, the faces' cell, deviation_bits() of that
   std::vector<glm::uvec4> cells;          // references from and to, 1 if an offered view saw it, 0
   std::vector<std::uint32_t> references;  // view slot; from bit 28 on, which of the zone's cells refer to it
+  std::vector<glm::uvec2> ranges;         // of each combination of cells, its references, from and to
 };
+
+// Returns the view slot of an entry of ZoneReferences::references.
+[[nodiscard]] constexpr std::uint32_t slot_of(std::uint32_t reference) {
+  return reference & 0x0FFFFFFFu;
+}
 
 // A deviation (Snapshot::cell_deviation) as shaders read it: the upper half of its bits. It loses 1 in 128 at most.
 [[nodiscard]] std::uint32_t deviation_bits(float deviation);

@@ -2,6 +2,7 @@
 // The same shaders in OpenGL ES 3.0, which is what a browser's WebGL 2 has.
 #include <epoxy/gl.h>
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <optional>
 #include <string>
@@ -48,11 +49,12 @@ TEST_CASE("the picture's shaders are GLSL ES 3.00, and OpenGL ES compiles each w
   std::vector<ProgramKey> keys{{.pass = Pass::surface}, {.pass = Pass::silhouettes}, {.pass = Pass::present}};
   for (const std::uint32_t views : {1u, 3u, kMaxBlendedViews}) {
     keys.push_back({.pass = Pass::diagnose, .views = views});
-    for (const bool linear : {false, true}) {
-      keys.push_back({.pass = Pass::blend, .views = views, .cells = 1, .linear = linear});
-      keys.push_back({.pass = Pass::blend, .views = views, .cells = 2, .linear = linear});
-      keys.push_back({.pass = Pass::blend, .views = views, .cells = 4, .linear = linear});
-      keys.push_back({.pass = Pass::samples, .views = views, .cells = 4, .linear = linear});
+    for (const Output output : {Output::srgb, Output::linear, Output::fetches}) {
+      keys.push_back({.pass = Pass::blend, .views = views, .cells = 1, .output = output});
+      keys.push_back({.pass = Pass::blend, .views = views, .cells = 2, .output = output});
+      keys.push_back({.pass = Pass::blend, .views = views, .cells = 4, .output = output});
+      keys.push_back({.pass = Pass::samples, .views = views, .cells = 4, .output = output});
+      keys.push_back({.pass = Pass::blend, .views = views, .cells = 4, .output = output, .views_in_block = true});
     }
   }
   for (const ProgramKey& key : keys) {
@@ -66,8 +68,12 @@ TEST_CASE("the picture's shaders are GLSL ES 3.00, and OpenGL ES compiles each w
       glGetActiveUniformsiv(program, 1, &i, GL_UNIFORM_BLOCK_INDEX, &block);
       samplers += block < 0;  // every other uniform is in the block
     }
-    if (const GLuint block = glGetUniformBlockIndex(program, "Picture"); block != GL_INVALID_INDEX) {
-      glGetActiveUniformBlockiv(program, block, GL_UNIFORM_BLOCK_DATA_SIZE, &block_bytes);
+    for (const char* name : {"Picture", "Views"}) {
+      const GLuint block = glGetUniformBlockIndex(program, name);
+      if (block == GL_INVALID_INDEX) continue;
+      GLint bytes = 0;
+      glGetActiveUniformBlockiv(program, block, GL_UNIFORM_BLOCK_DATA_SIZE, &bytes);
+      block_bytes = std::max(block_bytes, bytes);
     }
     CHECK(samplers <= 16);
     CHECK(block_bytes <= 16384);

@@ -68,9 +68,11 @@ GlState state_now() {
   state["viewport"] = values(GL_VIEWPORT, 4);
   state["color mask"] = values(GL_COLOR_WRITEMASK, 4);
   state["clear color"] = values(GL_COLOR_CLEAR_VALUE, 4);
-  GLint indexed = 0;
-  glGetIntegeri_v(GL_UNIFORM_BUFFER_BINDING, 0, &indexed);
-  state["uniform buffer 0"] = {indexed};
+  for (const GLuint binding : {0u, 1u}) {
+    GLint indexed = 0;
+    glGetIntegeri_v(GL_UNIFORM_BUFFER_BINDING, binding, &indexed);
+    state["uniform buffer " + std::to_string(binding)] = {indexed};
+  }
   if (epoxy_is_desktop_gl()) {
     state["clip"] = {values(GL_CLIP_ORIGIN)[0], values(GL_CLIP_DEPTH_MODE)[0]};
     state["polygon mode"] = values(GL_POLYGON_MODE);
@@ -136,6 +138,7 @@ class Host {
       glBindBuffer(target, buffer_.get());
     }
     glBindBufferRange(GL_UNIFORM_BUFFER, 0, buffer_.get(), 256, 512);
+    glBindBufferRange(GL_UNIFORM_BUFFER, 1, buffer_.get(), 512, 256);
     for (GLuint unit = 0; unit < 16; ++unit) {
       glActiveTexture(GL_TEXTURE0 + unit);
       glBindTexture(GL_TEXTURE_2D, flat_.get());

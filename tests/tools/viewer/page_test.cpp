@@ -16,6 +16,7 @@
 #include "atlas/model/live_form.h"
 #include "blend/renderer.h"
 #include "blend/tables/cell_shares.h"
+#include "blend/tables/ranked_references.h"
 #include "tests/support/gl_test_context.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/tools/viewer/browser.h"
@@ -110,6 +111,21 @@ std::vector<Rendering> rendered(const Snapshot& snapshot) {
   return renderings;
 }
 
+// Compares the page's bounds of weights with bound_of_weight(). Returns how many there are.
+std::size_t check_bounds(const std::string& said) {
+  std::istringstream lines(said);
+  std::size_t count = 0;
+  Ball ball;
+  glm::dvec3 novel, stored;
+  double bound = 0;
+  while (lines >> ball.center.x >> ball.center.y >> ball.center.z >> ball.radius >> novel.x >> novel.y >> novel.z >>
+         stored.x >> stored.y >> stored.z >> bound) {
+    CHECK(bound == Approx(bound_of_weight(ball, novel, stored, {})).margin(1e-9));
+    ++count;
+  }
+  return count;
+}
+
 TEST_CASE("a browser draws what the renderer draws, and follows its visitor") {
   const std::optional<EglContext> context = context_or_skip();
   if (!context) return;
@@ -126,6 +142,8 @@ TEST_CASE("a browser draws what the renderer draws, and follows its visitor") {
   CHECK(agreed.psnr > 40);
   CHECK(agreed.other < 0.002);  // rasterisers may disagree about a pixel whose middle is on an edge
   CHECK(std::stod(said.at("bytes")) < 50e6);
+  CHECK(said.at("unranked") == "0 true");
+  CHECK(check_bounds(said.at("bounds")) > 100);
   // Both forms are coarser than the renderer's, most where masks rise: on these photographs of 96 x 72 pixels that is
   // much of them. Whether a texel is valid stays.
   constexpr double kLeastPsnr = 35;

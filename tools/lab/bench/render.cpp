@@ -2,8 +2,9 @@
 // Benchmark of rendering: milliseconds a picture for several numbers of references per cell. It also measures each step
 // that is there for speed, and each that costs some, beside the straightforward loops over a cell's references and over
 // every stored view. With --load, it measures milliseconds to load the next snapshot of a store in which one view has
-// taken another's place. Needs saved models only, no photographs. A table in Markdown goes to stdout; exit status as of
-// lumatlas itself.
+// taken another's place. With --fetches, it counts the texels that the shader fetches at each pixel, which is the same
+// on every driver, and times the pictures, of the model as it is. Needs saved models only, no photographs. A table in
+// Markdown goes to stdout; exit status as of lumatlas itself.
 #include <epoxy/gl.h>
 #include <CLI/App.hpp>
 #include <CLI/Config.hpp>
@@ -47,6 +48,7 @@ struct Flags {
   double border_width = BlendOptions{}.border_width;
   std::string compare = "processor";
   bool load = false;
+  bool fetches = false;
 };
 
 // Returns for each cell the stored views that see it, those with the most pixels on it first.
@@ -139,6 +141,7 @@ Times time_ways(Renderer& renderer, const std::vector<Camera>& cameras, const Fl
 
 double median(const std::vector<PictureTime>& times, double PictureTime::*clock) {
   std::vector<double> values;
+  values.reserve(times.size());
   for (const PictureTime& time : times) values.push_back(time.*clock);
   return percentile(values, 0.5);
 }
@@ -299,10 +302,53 @@ void run_loads(const Flags& flags, const std::string& context) {
   for (const std::filesystem::path& model : flags.models) measure_loads(model, flags);
 }
 
+// Returns the counts of the pixels that see a surface.
+std::vector<double> fetches_of(Renderer& renderer, const Camera& camera) {
+  std::vector<double> counts;
+  for (const std::uint32_t count : renderer.count_fetches(camera, {})) {
+    if (count > 0) counts.push_back(count);
+  }
+  return counts;
+}
+
+void measure_fetches(const std::filesystem::path& path, const Flags& flags) {
+  const Snapshot model = read_model(path).snapshot;
+  const std::vector<Camera> cameras = cameras_between_views(model, flags.pictures, {flags.width, flags.height});
+  const std::string name = std::filesystem::weakly_canonical(path).filename().string();
+  Renderer renderer;
+  renderer.load(model);
+  std::vector<double> all;
+  for (std::size_t picture = 0; picture < cameras.size(); ++picture) {
+    const std::vector<double> counts = fetches_of(renderer, cameras[picture]);
+    all.insert(all.end(), counts.begin(), counts.end());
+    std::vector<PictureTime> times;
+    times.reserve(flags.repeats);
+    for (std::uint32_t repeat = 0; repeat < flags.repeats; ++repeat) {
+      times.push_back(time_picture(renderer, cameras[picture], {}));
+    }
+    if (counts.empty()) continue;
+    std::cout << "| " << name << " | " << picture << " | " << std::fixed << std::setprecision(0)
+              << percentile(counts, 0.5) << " | " << percentile(counts, 0.95) << " | "
+              << median(times, &PictureTime::wall) << " / " << median(times, &PictureTime::processor) << " |"
+              << std::endl;
+  }
+  if (all.empty()) return;
+  std::cout << "| " << name << " | all | " << percentile(all, 0.5) << " | " << percentile(all, 0.95) << " | |"
+            << std::endl;
+}
+
+void run_fetches(const Flags& flags, const std::string& context) {
+  std::cout << "Texels that are fetched at a pixel's middle, and milliseconds a picture of " << flags.width << "x"
+            << flags.height << ", medians over " << flags.repeats << ", on " << context
+            << ".\n\n| model | picture | fetches, median | 95 % | wall / processor, ms |\n|---|---|---|---|---|\n";
+  for (const std::filesystem::path& model : flags.models) measure_fetches(model, flags);
+}
+
 void run(const Flags& flags) {
   const EglContext context;
   std::cerr << context.description() << '\n';
   if (flags.load) return run_loads(flags, context.description());
+  if (flags.fetches) return run_fetches(flags, context.description());
   std::cout << "Pictures of " << flags.width << "x" << flags.height << ", medians over " << flags.pictures
             << " of them, " << flags.repeats << " times each, on " << context.description()
             << ". Milliseconds: wall / processor. Shares of " << flags.compare
@@ -337,6 +383,8 @@ int main(int argc, char** argv) {
       ->check(CLI::IsMember({"processor", "wall"}));
   program.add_flag("--load", flags.load,
                    "Time no pictures but --pictures times --repeats snapshots, each with another view");
+  program.add_flag("--fetches", flags.fetches,
+                   "Count the texels that the shader fetches at each pixel, and time pictures, of the model as it is");
   program.add_option("--border-width", flags.border_width, "Of cells that fade into each other, of the cell size")
       ->check(lumatlas::number_between(0, 1));
   return lumatlas::run_program(program, "bench_render", argc, argv, [&] { lumatlas::run(flags); });

@@ -4,11 +4,12 @@ import {parseAddress, printAddress} from './address.js';
 import {Controls} from './controls.js';
 import {Interface, showFailure} from './interface.js';
 import {viewsOf} from './reading/model.js';
+import {boundOfWeight} from './drawing/ranked_references.js';
 import {texelForm} from './drawing/photograph_forms.js';
 import {MEBIBYTE, Viewer} from './viewer.js';
 /** @import {Overrun, ViewerOptions} from './types.d.ts' */
 
-export {Viewer, texelForm};
+export {Viewer, boundOfWeight, texelForm};
 
 // GPU memory that a phone gives a page without closing others.
 const MEMORY_MIB = matchMedia('(pointer: coarse)').matches ? 100 : 200;

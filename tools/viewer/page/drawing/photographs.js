@@ -86,7 +86,7 @@ export class Photographs {
     const width = Math.max(...views.map((view) => Math.ceil(view.width * scale(view))));
     const height = Math.max(...views.map((view) => Math.ceil(view.height * scale(view))));
     const blocks = form.blocks ? BlockCompressor.bytesFor([width, height]) : 0;
-    const tables = Table.bytesOf(tiles, true) + Table.bytesOf(VIEW_TEXELS * scene.views.length, false);
+    const tables = Table.bytesOf(tiles, 1) + Table.bytesOf(VIEW_TEXELS * scene.views.length, 4);
     return tables + (PICTURE_PIXEL_BYTES + DEPTH_PIXEL_BYTES) * width * height + blocks;
   }
 

@@ -7,6 +7,7 @@ import {nearbyExposure} from './exposure.js';
 import {Glances, MOST_GLANCE_BYTES} from './glances.js';
 import {GlObjects, Targets} from './gl_objects.js';
 import {Programs} from './programs.js';
+import {RankedReferences, boxesOfZones} from './ranked_references.js';
 import {CELLS_OF_SHADER} from '../reading/surface.js';
 import {Table, bindTexture, makeTexture} from './tables.js';
 /** @import {Photographs} from './photographs.js' */
@@ -69,8 +70,11 @@ export class Renderer {
     this.nothing = this.objects.vertexArray();
     /** @type {{vertices: WebGLVertexArrayObject, colors: WebGLBuffer, counts: number[], bytes: number} | null} */
     this.mesh = null;
-    /** @type {{zones: Table, cells: Table, references: Table} | null} */
+    /** @type {{zones: Table, cells: Table} | null} */
     this.tables = null;
+    /** @type {RankedReferences | null} */
+    this.references = null;
+    this.boxes = new Float32Array();  // of the mesh's zones
     /** @type {Photographs | null} */
     this.photographs = null;
     this.mostBytes = 0;
@@ -78,6 +82,7 @@ export class Renderer {
 
   release() {
     this.photographs?.release();
+    this.references?.release();
     for (const table of Object.values(this.tables ?? {})) table.release();
     for (const owner of [this.programs, this.targets, this.meshObjects, this.objects]) owner.release();
   }
@@ -109,6 +114,8 @@ export class Renderer {
     buffer(gl.ELEMENT_ARRAY_BUFFER, mesh.corners);
     gl.bindVertexArray(this.nothing);
     this.mesh = {vertices, colors, counts: mesh.counts, bytes};
+    this.boxes = boxesOfZones(mesh);
+    this.references?.setBoxes(this.boxes);
   }
 
   // Replaces the colours of the mesh's vertices, four bytes each.
@@ -123,12 +130,10 @@ export class Renderer {
   /** @param {Tables} tables */
   setTables(tables) {
     const {gl} = this;
+    this.references?.release();
     for (const table of Object.values(this.tables ?? {})) table.release();
-    this.tables = {
-      zones: new Table(gl, tables.zones, 4),
-      cells: new Table(gl, tables.cells, 3),
-      references: new Table(gl, tables.references, 1),
-    };
+    this.tables = {zones: new Table(gl, tables.zones, 4), cells: new Table(gl, tables.cells, 3)};
+    this.references = new RankedReferences(gl, tables, this.boxes);
   }
 
   // Returns whether the programs for pictures are compiled; starts compiling them.
@@ -155,7 +160,7 @@ export class Renderer {
 
   // Bytes on the GPU of the mesh and of its tables.
   modelBytes() {
-    let sum = this.mesh?.bytes ?? 0;
+    let sum = (this.mesh?.bytes ?? 0) + (this.references?.table.bytes ?? 0);
     for (const table of Object.values(this.tables ?? {})) sum += table.bytes;
     return sum;
   }
@@ -202,6 +207,7 @@ export class Renderer {
     const {gl} = this;
     this.photographs?.bind();
     for (const [name, table] of Object.entries(this.tables ?? {})) bindTexture(gl, name, gl.TEXTURE_2D, table.texture);
+    if (this.references) bindTexture(gl, 'references', gl.TEXTURE_2D, this.references.table.texture);
   }
 
   // Returns the render target of the visible surface.
@@ -399,6 +405,7 @@ export class Renderer {
     this.drawSurface(target, true);
     if (this.ready()) {
       this.bindTables();
+      this.references?.rank(camera, this.scene);
       this.drawBlend(target);
       this.drawFade(target);
     }
@@ -414,8 +421,10 @@ export class Renderer {
     for (const part of partsOf(camera, MOST_PART_PX)) {
       const {x, y, size} = part;
       this.setState();
-      this.describe(partOf(camera, x, y, ...size), exposure);
+      const shown = partOf(camera, x, y, ...size);
+      this.describe(shown, exposure);
       this.bindTables();
+      this.references?.rank(shown, this.scene);
       const target = this.pictureTarget('part', ...size);
       this.drawSurface(target, true);
       this.drawBlend(target);
@@ -446,6 +455,7 @@ export class Renderer {
     this.setState();
     this.describe(camera, nearbyExposure(this.scene, camera));
     this.bindTables();
+    this.references?.rank(camera, this.scene);
     gl.enable(gl.SCISSOR_TEST);
     gl.scissor(left, target.height - bottom, right - left, bottom - top);
     this.drawBlend(target);

@@ -45,7 +45,7 @@ export function bindTexture(gl, name, target, texture) {
   gl.activeTexture(gl.TEXTURE0 + SPARE_UNIT);
 }
 
-// `values`: `components` an entry, filled up with zeros to the four that a texel has unless there is one.
+// `values`: `components` an entry, filled up with zeros to the four that a texel has unless there are one or two.
 /** @typedef {Uint32Array<ArrayBuffer> | Float32Array<ArrayBuffer>} Values */
 
 export class Table {
@@ -54,23 +54,25 @@ export class Table {
     const real = values instanceof Float32Array;
     this.objects = new GlObjects(gl);
     this.gl = gl;
-    this.single = components === 1 && !real;
+    this.channels = real || components > 2 ? 4 : components;
     this.entries = values.length / components;
     this.rows = Math.max(1, Math.ceil(this.entries / TABLE_WIDTH));
     if (gl.isContextLost()) throw new ContextLost();
     if (this.rows > gl.getParameter(gl.MAX_TEXTURE_SIZE)) throw new Error('a table is too large for this device');
-    this.format = this.single ? gl.RED_INTEGER : real ? gl.RGBA : gl.RGBA_INTEGER;
+    const [format, internal] = real ? [gl.RGBA, gl.RGBA32F] : [
+      [gl.RED_INTEGER, gl.R32UI], [gl.RG_INTEGER, gl.RG32UI], [], [gl.RGBA_INTEGER, gl.RGBA32UI],
+    ][this.channels - 1];
+    this.format = format;
     this.type = real ? gl.FLOAT : gl.UNSIGNED_INT;
-    const internal = this.single ? gl.R32UI : real ? gl.RGBA32F : gl.RGBA32UI;
     this.texture = makeTexture(this.objects, internal, TABLE_WIDTH, this.rows);
-    this.bytes = Table.bytesOf(this.entries, this.single);
+    this.bytes = Table.bytesOf(this.entries, this.channels);
     this.store(values, components);
   }
 
-  // Bytes of a table with `entries`. `single`: each is one whole number.
-  /** @param {number} entries @param {boolean} single */
-  static bytesOf(entries, single) {
-    return TABLE_WIDTH * Math.max(1, Math.ceil(entries / TABLE_WIDTH)) * (single ? 4 : 16);
+  // Bytes of a table with `entries`, each of 1, 2 or 4 numbers.
+  /** @param {number} entries @param {number} channels */
+  static bytesOf(entries, channels) {
+    return TABLE_WIDTH * Math.max(1, Math.ceil(entries / TABLE_WIDTH)) * 4 * channels;
   }
 
   release() {
@@ -80,7 +82,7 @@ export class Table {
   /** @param {Values} values @param {number} components */
   store(values, components) {
     const {gl} = this;
-    const width = this.single ? 1 : 4;
+    const width = this.channels;
     const size = TABLE_WIDTH * this.rows * width;
     const padded = values instanceof Float32Array ? new Float32Array(size) : new Uint32Array(size);
     if (width === components) {
