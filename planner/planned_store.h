@@ -85,8 +85,7 @@ class PlannedStore {
   // The geometry has changed, see Planner::update_surface(). The first call takes the views whose cells are counted
   // anew out of the ledger and numbers the cells as on the new surface, the second counts a view with what it sees
   // there, and the third counts them among the offered views and brings the references of all cells up to date.
-  void follow(const Surface& surface, std::span<const std::uint32_t> again,
-              std::span<const std::uint32_t> unchanged_cell);
+  void follow(const Surface& surface, std::span<const std::uint32_t> again, std::span<const CellId> unchanged_cell);
   void count_again(std::uint32_t slot, std::vector<CellPart> seen);
   void offer_again(std::span<const std::uint32_t> slots, std::span<const std::uint8_t> changed);
 

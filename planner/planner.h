@@ -115,14 +115,14 @@ class Planner {
   // are then those of the new cells, and of a cell that is new or changed only the stored views were offered. Throws
   // std::invalid_argument, and changes nothing, if the surface does not fit: see Atlas::replace_surface().
   SurfaceUpdate update_surface(std::shared_ptr<const Surface> surface, const Visibility& visibility,
-                               std::span<const std::uint32_t> previous_cell, std::span<const std::uint8_t> changed);
+                               std::span<const CellId> previous_cell, std::span<const std::uint8_t> changed);
 
  private:
   friend class Pruning;
   // A view that the atlas is about to hold, and the face that each pixel shows.
   struct ReadyView {
     TiledView tiled;
-    std::vector<std::uint32_t> face;
+    std::vector<FaceId> face;
   };
 
   [[nodiscard]] Camera planning_camera(const Camera& camera) const;
@@ -144,7 +144,7 @@ class Planner {
   void put(ReadyView ready, const Camera& camera, Verdict& verdict);
   void take(const std::string& name, const Camera& camera, const std::vector<CellPart>& seen, const Exchange& exchange,
             Photograph photograph, Verdict& verdict);
-  [[nodiscard]] std::vector<std::uint32_t> views_of_change(std::span<const std::uint32_t> previous_cell,
+  [[nodiscard]] std::vector<std::uint32_t> views_of_change(std::span<const CellId> previous_cell,
                                                            std::span<const std::uint8_t> changed,
                                                            const Surface& surface) const;
   bool make_depth_again(std::uint32_t slot);

@@ -3,25 +3,22 @@
 #pragma once
 
 #include <cstdint>
-#include <limits>
 #include <memory>
 #include <vector>
 
+#include "mesh/base/id.h"
 #include "mesh/camera.h"
 #include "mesh/cells/cells.h"
 #include "mesh/mesh.h"
 
 namespace lumatlas {
 
-inline constexpr std::uint32_t kNoFace = std::numeric_limits<std::uint32_t>::max();
-inline constexpr std::uint32_t kNoCell = std::numeric_limits<std::uint32_t>::max();
-
 // Row by row from the top left, sampled at pixel centres.
 struct VisibilityBuffer {
   std::uint32_t width = 0;
   std::uint32_t height = 0;
-  std::vector<float> depth;         // z in the camera frame; infinity where no surface is
-  std::vector<std::uint32_t> face;  // kNoFace where no surface is
+  std::vector<float> depth;  // z in the camera frame; infinity where no surface is
+  std::vector<FaceId> face;  // FaceId::none where no surface is
 };
 
 // One interface for every way to find the visible surface; the implementations must agree away from silhouettes.

@@ -79,9 +79,9 @@ class CellCoverage {
   void give_up(std::uint32_t cell, std::span<const std::uint32_t> slots);
   [[nodiscard]] ReferenceService reference_service(std::uint32_t cell) const;
 
-  // The geometry has changed: the new cell k takes over what is known of the old cell previous_cell[k] (kNoCell:
-  // empty). One entry for each cell of the surface, each an old cell or kNoCell.
-  void follow(const Surface& surface, std::span<const std::uint32_t> previous_cell);
+  // The geometry has changed: the new cell k takes over what is known of the old cell previous_cell[k] (CellId::none:
+  // empty). One entry for each cell of the surface, each an old cell or CellId::none.
+  void follow(const Surface& surface, std::span<const CellId> previous_cell);
 
  protected:
   // The options must pass check(), and the gain be finite and not negative.
@@ -109,7 +109,7 @@ class CellCoverage {
   [[nodiscard]] virtual std::vector<ReferenceLoss> do_reference_losses(std::uint32_t /*cell*/) const { return {}; }
   virtual void do_give_up(std::uint32_t /*cell*/, std::span<const std::uint32_t> /*slots*/) {}
   [[nodiscard]] virtual ReferenceService do_reference_service(std::uint32_t /*cell*/) const { return {}; }
-  virtual void do_follow(const Surface& surface, std::span<const std::uint32_t> previous_cell) = 0;
+  virtual void do_follow(const Surface& surface, std::span<const CellId> previous_cell) = 0;
 
   void require_list_by_slot(std::uint32_t cell, std::size_t size, const char* list) const;
 

@@ -71,7 +71,7 @@ class CoverageLedger {
   // The geometry has changed and its cells are numbered anew, see CellCoverage::follow(); one entry for each
   // (std::invalid_argument). No stored view may see an old
   // cell that no new one takes over (std::logic_error): such views are erased before and inserted again after.
-  void follow(const Surface& surface, std::span<const std::uint32_t> previous_cell);
+  void follow(const Surface& surface, std::span<const CellId> previous_cell);
 
  private:
   struct Changes;

@@ -106,8 +106,7 @@ class Refiner {
   // balanced anew, and masks are made where enough views have come since the last time. `face`: what each of its pixels
   // shows, as in VisibilityBuffer; empty: that is found where it is needed. Throws std::invalid_argument if it has
   // another size.
-  void stored(std::uint32_t slot, const Camera& given, const Refinement& refinement,
-              std::span<const std::uint32_t> face = {});
+  void stored(std::uint32_t slot, const Camera& given, const Refinement& refinement, std::span<const FaceId> face = {});
   // The atlas has put another depth and mask in the place of the slot's; the photograph is the same, or has another
   // size: then the view is not refined any more.
   void replaced(std::uint32_t slot);

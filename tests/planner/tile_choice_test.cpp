@@ -452,7 +452,7 @@ TEST_CASE("a store never has more tiles resident than its array, and refers to n
           REQUIRE(snapshot.views[view]);
           const auto first = tiles.slots.begin() + tiles.first_tile[view];
           REQUIRE(std::any_of(first, tiles.slots.begin() + tiles.first_tile[view + 1],
-                              [](std::uint32_t slot) { return slot != kNotResident; }));
+                              [](std::uint32_t slot) { return slot != TilePlace::none; }));
         }
       }
     }

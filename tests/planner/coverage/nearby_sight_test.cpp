@@ -87,7 +87,7 @@ TEST_CASE("between two surfaces there is none", "[nearby sight]") {
   for (std::size_t pixel = 0; pixel < seen.depth.size(); ++pixel) {
     const float z = seen.depth[pixel];
     if (!std::isfinite(z)) {
-      CHECK(seen.face[pixel] == kNoFace);
+      CHECK(seen.face[pixel] == FaceId::none);
       ++beside;
     } else if (std::abs(z - 2) < 1e-4f) {
       ++on_panel;
@@ -107,8 +107,10 @@ TEST_CASE("between two surfaces there is none", "[nearby sight]") {
 
 TEST_CASE("a view's faces by runs are those of its pixels, but for others of the same cell", "[nearby sight]") {
   const std::vector<std::uint32_t> cell_of_face = {0, 0, 1, 1, 2};
-  const std::vector<std::uint32_t> face = {0, 1, 2, kNoFace, kNoFace, kNoFace, kNoFace, kNoFace, 4, 4, 3, 0};
-  const std::vector<std::uint32_t> of_cells = {0, 0, 2, kNoFace, kNoFace, kNoFace, kNoFace, kNoFace, 4, 4, 3, 0};
+  const std::vector<FaceId> face = {0, 1, 2, FaceId::none, FaceId::none, FaceId::none, FaceId::none, FaceId::none, 4,
+                                    4, 3, 0};
+  const std::vector<FaceId> of_cells = {
+      0, 0, 2, FaceId::none, FaceId::none, FaceId::none, FaceId::none, FaceId::none, 4, 4, 3, 0};
   const std::vector<SeenFaces> runs = seen_faces(face, cell_of_face);
   CHECK(runs.size() == 6);
   CHECK(faces_of(runs) == of_cells);

@@ -537,7 +537,7 @@ TEST_CASE("what a view sees is asked once for its place and its masks, and masks
     for (std::size_t i = 0; i < 6; ++i) {
       const Frame f = walk.frame(i, 0, 0);
       VisibilityBuffer visible = relief.visibility->trace(f.given);
-      const std::vector<std::uint32_t> face = with_faces ? visible.face : std::vector<std::uint32_t>();
+      const std::vector<FaceId> face = with_faces ? visible.face : std::vector<FaceId>();
       Photograph photograph = relief.photograph(f.truth);
       if (i == 5) std::fill(photograph.rgb.begin(), photograph.rgb.begin() + 3 * 40 * photograph.width, 40);
       TiledView tiled = make_tiled_view(f.name, f.given, std::move(photograph), std::move(visible),
