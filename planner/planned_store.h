@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Keeps account of what the planner has put into the atlas: which view has which slot, the bytes that the views take,
-// and what they are worth to the cells (Erat et al. 2019, section 3.2).
+// Keeps account of the views that the planner has put into the atlas: their slots, their bytes, and their value to the
+// cells (Erat et al. 2019, section 3.2).
 //
 // A slot is free, promised to a view whose photograph has not been read yet, or holds a view. A view counts for
 // coverage from the moment at which it has a slot; cells refer to it once the atlas holds it.
@@ -25,7 +25,7 @@ namespace lumatlas {
 // pixels.
 [[nodiscard]] std::uint64_t stored_bytes(const Camera& camera);
 
-// Slots that are handed in are below the atlas's capacity; this is not checked.
+// The caller passes slots below the atlas's capacity; this is not checked.
 class PlannedStore {
  public:
   // The three must outlive the store. The atlas must be empty (std::invalid_argument) and the options pass check().

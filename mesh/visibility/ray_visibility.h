@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Visibility by ray casting, for those who need only a part of a picture.
+// Visibility by ray casting, for callers that need only a part of a picture.
 #pragma once
 
 #include <cstdint>
@@ -22,7 +22,7 @@ class RayVisibility final : public Visibility {
   using Visibility::trace_sparsely;
   void trace_sparsely(const Camera& camera, VisibilityBuffer& buffer) const override;
   // The same to the bit as trace_sparsely() where `wanted`, one value per pixel (std::invalid_argument otherwise), is
-  // not 0; no surface elsewhere. Takes the less time the less there is to see.
+  // not 0; no surface elsewhere. The fewer pixels are wanted, the less time it takes.
   void trace_part(const Camera& camera, std::span<const std::uint8_t> wanted, VisibilityBuffer& buffer) const;
 
  private:

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// How well the stored views cover each cell, kept up as views come and go. One interface for the measures that can be
-// planned by: the paper's (paper_coverage.h) and the submodular one (direction_coverage.h).
+// Measures how well the stored views cover each cell, and follows as views come and go. One interface for both measures
+// of planning: the paper's (paper_coverage.h) and the submodular one (direction_coverage.h).
 #pragma once
 
 #include <cstddef>
@@ -72,8 +72,8 @@ class CellCoverage {
   void erase(std::uint32_t cell, std::uint32_t slot);
   [[nodiscard]] std::vector<std::uint32_t> references(std::uint32_t cell) const;
 
-  // In which order the cell would give up references, each time the one that is missed least, down to as many as are
-  // blended. Here and below: nothing, by a measure that cannot say.
+  // Returns the order in which the cell would give up references, least loss first, down to as many as are blended.
+  // Here and below: empty for a measure that cannot tell.
   [[nodiscard]] std::vector<ReferenceLoss> reference_losses(std::uint32_t cell) const;
   // The views stay members, and one of them may be referenced again when another member leaves.
   void give_up(std::uint32_t cell, std::span<const std::uint32_t> slots);
