@@ -471,7 +471,7 @@ TEST_CASE("under another surface, references and what was seen follow the cells"
   atlas.erase(2);  // the one cell that referred to it is gone
 }
 
-TEST_CASE("snapshots taken before keep the old surface, and nobody else does") {
+TEST_CASE("snapshots taken before keep the old surface alive, and nothing else does") {
   const auto surface_with = [](float z) {
     const auto surface = std::make_shared<Surface>(*wall_and_panel(kCells));
     add_wall(surface->mesh, 1, 1, 1, z);

@@ -166,7 +166,7 @@ TEST_CASE("a view without a resident tile is not held by a snapshot") {
   CHECK(kept.atlas->snapshot().views[idle] == kept.atlas->view(idle));
 }
 
-TEST_CASE("a photograph that has left the store is kept alive by nobody") {
+TEST_CASE("a photograph that has left the store is freed") {
   Kept kept(kLayout);
   std::mt19937 random(2);
   const std::uint32_t slot = kept.insert(kept.random_view(random));

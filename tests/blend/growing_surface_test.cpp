@@ -93,7 +93,7 @@ TEST_CASE("a surface that did not change, and one whose faces have another order
   CHECK(same(pictures(atlas->snapshot()), before));
 }
 
-TEST_CASE("what is added where nobody looks changes no picture, and is forgotten when it goes") {
+TEST_CASE("surface that is added out of view changes no picture, and is forgotten when it goes") {
   const auto atlas = room_atlas(kViews, {});
   const Mesh room = atlas->surface()->mesh;
   const Snapshot first = atlas->snapshot();

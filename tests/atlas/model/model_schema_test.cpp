@@ -135,7 +135,7 @@ void names_in(const json& value, std::vector<std::string>& names) {
   }
 }
 
-TEST_CASE("every property of the schema is written, but for glTF's own") {
+TEST_CASE("every property of the schema is written, except glTF's own") {
   std::vector<std::string> written, listed;
   Snapshot snapshot = small_snapshot({}, {8, 2, 0});
   snapshot.cell_coverage.assign(snapshot.cell_seen.size(), 0.5f);

@@ -704,7 +704,7 @@ TEST_CASE("while views rest exposures are found nearly as well as in full") {
   CHECK(stream.worst_exposure_error(frames) < 0.03);
 }
 
-TEST_CASE("polishing finds a wrong pose that nobody has looked at, however long views have rested") {
+TEST_CASE("polishing finds a wrong pose that was never compared, however long views have rested") {
   RefinerAlone alone(20);
   for (std::size_t i = 0; i < 19; ++i) {
     alone.store(alone.walk.frame(i, 0, 0), true);

@@ -364,7 +364,7 @@ TEST_CASE("the order of the stream changes which views come when, and nothing th
   }
 }
 
-TEST_CASE("whoever chooses, the store holds so many views, and those that were chosen") {
+TEST_CASE("by every choice, the store holds as many views as it may, and those that were chosen") {
   const BuildResult uniform = build_model(small_scene(), options_for(6, ViewChoice::uniform));
   CHECK(stored(uniform) == Names{"0002.png", "0006.png", "0010.png", "0014.png", "0018.png", "0022.png"});
   BuildOptions options = options_for(6, ViewChoice::random);
@@ -389,13 +389,13 @@ TEST_CASE("whoever chooses, the store holds so many views, and those that were c
   CHECK(online.summed_coverage > uniform.summed_coverage);
 }
 
-TEST_CASE("a store that all views fit into holds the same whoever chooses") {
+TEST_CASE("a store that all views fit into holds the same by every choice") {
   for (const ViewChoice choice : {ViewChoice::uniform, ViewChoice::random, ViewChoice::offline}) {
     CHECK(stored(build_model(small_scene(), options_for(100, choice))).size() == kViews);
   }
 }
 
-TEST_CASE("the stored views never take more than the budget, whoever chooses, and use what they may") {
+TEST_CASE("by every choice, the stored views use up their budget and never exceed it") {
   BuildOptions options = options_for(100);
   options.max_views.reset();
   options.planner.max_bytes = 5 * kBytesPerView + kBytesPerView / 2;
