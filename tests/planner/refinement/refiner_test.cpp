@@ -567,7 +567,7 @@ TEST_CASE("what a view sees is asked once for its place and its masks, and masks
     CHECK(a.tiles.slots == b.tiles.slots);
   }
   CHECK(any_masked);
-  CHECK_THROWS_WITH(with.stored(0, told.view(0)->camera, Refinement{}, {std::vector(3, 0u)}),
+  CHECK_THROWS_WITH(with.stored(0, told.view(0)->camera, Refinement{}, std::vector<FaceId>(3, 0)),
                     Catch::Contains("the size of face is 3, must be the number of the view's pixels"));
 }
 
