@@ -24,13 +24,13 @@ void require_gain(std::uint32_t slot, const glm::dvec3& gain) {
   }
 }
 
-void require_previous_cells(std::span<const std::uint32_t> previous_cell, std::size_t cells, std::size_t cells_before) {
+void require_previous_cells(std::span<const CellId> previous_cell, std::size_t cells, std::size_t cells_before) {
   if (previous_cell.size() != cells) {
     throw std::invalid_argument("atlas: previous_cell has " + std::to_string(previous_cell.size()) +
                                 " entries, must have one per cell of the new surface, " + std::to_string(cells));
   }
   for (std::size_t cell = 0; cell < cells; ++cell) {
-    if (previous_cell[cell] < cells_before || previous_cell[cell] == kNoCell) continue;
+    if (previous_cell[cell] < cells_before || previous_cell[cell] == CellId::none) continue;
     throw std::invalid_argument("atlas: previous_cell[" + std::to_string(cell) + "] is " +
                                 std::to_string(previous_cell[cell]) + ", must be below the number of cells before, " +
                                 std::to_string(cells_before));
@@ -38,11 +38,11 @@ void require_previous_cells(std::span<const std::uint32_t> previous_cell, std::s
 }
 
 // For each cell of the surface before, which cell it is now.
-std::vector<std::vector<std::uint32_t>> cells_that_were(std::span<const std::uint32_t> previous_cell,
+std::vector<std::vector<std::uint32_t>> cells_that_were(std::span<const CellId> previous_cell,
                                                         std::size_t cells_before) {
   std::vector<std::vector<std::uint32_t>> now(cells_before);
   for (std::size_t cell = 0; cell < previous_cell.size(); ++cell) {
-    if (previous_cell[cell] != kNoCell) now[previous_cell[cell]].push_back(static_cast<std::uint32_t>(cell));
+    if (previous_cell[cell] != CellId::none) now[previous_cell[cell]].push_back(static_cast<std::uint32_t>(cell));
   }
   return now;
 }
@@ -340,7 +340,7 @@ struct Atlas::ByCell {
 };
 
 // References and what was seen go where their cells went.
-Atlas::ByCell Atlas::by_cell(std::span<const std::uint32_t> previous_cell) const {
+Atlas::ByCell Atlas::by_cell(std::span<const CellId> previous_cell) const {
   const std::size_t cells = previous_cell.size();
   ByCell now;
   now.references.assign(cells, no_slots());
@@ -350,7 +350,7 @@ Atlas::ByCell Atlas::by_cell(std::span<const std::uint32_t> previous_cell) const
   now.changed_cells.reserve(cells);
   now.newly_seen.reserve(cells);
   for (std::size_t cell = 0; cell < cells; ++cell) {
-    if (previous_cell[cell] == kNoCell) continue;
+    if (previous_cell[cell] == CellId::none) continue;
     now.references[cell] = references_[previous_cell[cell]];
     now.seen[cell] = cell_seen_[previous_cell[cell]];
     for (const std::uint32_t slot : *now.references[cell]) ++now.references_to_slot[slot];
@@ -360,7 +360,7 @@ Atlas::ByCell Atlas::by_cell(std::span<const std::uint32_t> previous_cell) const
 
 // Renumbers the cells that tiles show without the lock, then once more for the views that other threads have changed
 // meanwhile, and under the lock for the few that they have changed since. So no writer can put the surface off.
-void Atlas::replace_surface(std::shared_ptr<const Surface> surface, std::span<const std::uint32_t> previous_cell) {
+void Atlas::replace_surface(std::shared_ptr<const Surface> surface, std::span<const CellId> previous_cell) {
   const std::size_t cells = checked(surface).cells.cells.size();
   for (;;) {
     const auto [cells_before, shown] = shown_of_cells();

@@ -94,14 +94,15 @@ class Atlas {
   void mark_seen(std::span<const CellPixels> cells);
 
   // Replaces the surface under the stored views. `previous_cell` has for each new cell the number of the cell that it
-  // was before, or kNoCell: see CellGrowth. A cell inherits the references of that cell, and whether it was seen. A new
-  // cell has no references and is unseen. Cells that no new cell names are dropped; several may name one. Views and
-  // gains stay as they are: their depth and validity are those of the old surface until replace() replaces each view.
+  // was before, or CellId::none: see CellGrowth. A cell inherits the references of that cell, and whether it was seen.
+  // A new cell has no references and is unseen. Cells that no new cell names are dropped; several may name one. Views
+  // and gains stay as they are: their depth and validity are those of the old surface until replace() replaces each
+  // view.
   // Snapshots taken before keep the old surface. Other threads may change views meanwhile, as often as they like. At
   // the end they wait until the views that changed last are renumbered. Throws std::invalid_argument, unless the
   // surface passes check() and has the same offset as the one before, on which the views' cameras depend, and
-  // `previous_cell` has one entry per cell, each a cell that was there or kNoCell.
-  void replace_surface(std::shared_ptr<const Surface> surface, std::span<const std::uint32_t> previous_cell);
+  // `previous_cell` has one entry per cell, each a cell that was there or CellId::none.
+  void replace_surface(std::shared_ptr<const Surface> surface, std::span<const CellId> previous_cell);
 
   // Returns the store as it is now. The time depends on the changes since the last snapshot: the tiles of views are
   // looked up if they are new or referred to by other cells. Tables by view slot and by cell are copied; nothing is
@@ -141,7 +142,7 @@ class Atlas {
   void require_cells_of(const std::string& view, std::span<const ShownCell> shown) const;
   [[nodiscard]] std::pair<std::size_t, std::vector<SharedShownCells>> shown_of_cells() const;
   struct ByCell;
-  [[nodiscard]] ByCell by_cell(std::span<const std::uint32_t> previous_cell) const;
+  [[nodiscard]] ByCell by_cell(std::span<const CellId> previous_cell) const;
   [[nodiscard]] std::unique_lock<std::mutex> one_snapshot_at_a_time() const;
   void mark_changed(std::uint32_t cell);
   void mark_all_changed() const;

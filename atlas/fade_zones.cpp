@@ -13,8 +13,8 @@ namespace {
 bool is_zone(const CellShares::Zone& zone, std::size_t cells) {
   if (zone[0] >= cells) return false;
   for (std::size_t i = 1; i < zone.size(); ++i) {
-    if (zone.at(i) == kNoCell) continue;
-    if (zone.at(i) >= cells || zone.at(i - 1) == kNoCell || zone.at(i) <= zone.at(i - 1)) return false;
+    if (zone.at(i) == CellId::none) continue;
+    if (zone.at(i) >= cells || zone.at(i - 1) == CellId::none || zone.at(i) <= zone.at(i - 1)) return false;
   }
   return true;
 }

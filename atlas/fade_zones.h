@@ -8,6 +8,8 @@
 #include <glm/vec4.hpp>
 #include <vector>
 
+#include "mesh/base/id.h"
+
 namespace lumatlas {
 
 // Cells that share one face, at most. Where more come near, those that are farthest from its corners are taken away
@@ -16,7 +18,7 @@ inline constexpr std::size_t kCellsPerZone = 4;
 
 // Faces that the same cells share are a zone.
 struct CellShares {
-  using Zone = std::array<std::uint32_t, kCellsPerZone>;  // cells, ascending; kNoCell after the last
+  using Zone = std::array<CellId, kCellsPerZone>;  // cells, ascending; CellId::none after the last
   std::vector<Zone> zones;
   std::vector<std::uint32_t> zone_of_face;        // one per face
   std::vector<std::array<glm::vec4, 3>> corners;  // per face and corner, the shares of its zone's cells; sum 1

@@ -69,9 +69,9 @@ void check_tiles(const Snapshot& snapshot) {
   require_count("tiles.slots", tiles.slots.size(), tiles.first_tile.back(), "tile");
   for (std::size_t tile = 0; tile < tiles.slots.size(); ++tile) {
     const std::uint32_t slot = tiles.slots[tile];
-    if (slot == kNotResident || slot < kMostTileSlots) continue;
+    if (slot == TilePlace::none || slot < kMostTileSlots) continue;
     refuse_snapshot(entry("tiles.slots", tile) + " is " + std::to_string(slot) + ", must be below " +
-                    std::to_string(kMostTileSlots) + " or kNotResident");
+                    std::to_string(kMostTileSlots) + " or TilePlace::none");
   }
 }
 

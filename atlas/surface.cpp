@@ -120,8 +120,8 @@ float depth_before_far(const Surface& surface) {
 void leave_out_far(const Surface& surface, VisibilityBuffer& visible) {
   if (surface.far_faces == 0) return;
   for (std::size_t pixel = 0; pixel < visible.face.size(); ++pixel) {
-    if (visible.face[pixel] == kNoFace || visible.face[pixel] < surface.near_faces()) continue;
-    visible.face[pixel] = kNoFace;
+    if (visible.face[pixel] == FaceId::none || visible.face[pixel] < surface.near_faces()) continue;
+    visible.face[pixel] = FaceId::none;
     visible.depth[pixel] = std::numeric_limits<float>::infinity();
   }
 }

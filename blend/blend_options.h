@@ -1,6 +1,5 @@
-// SPDX-License-Identifier: GPL-3.0-or-later
-// How the best K valid views of a cell become one pixel. Erat et al. 2019, section 3.1; Buehler et al. 2001 for the
-// fade.
+// SPDX-License-Identifier: GPL-3.0-or-later How the renderer blends the best K valid views of a cell to one pixel. Erat
+// et al. 2019, section 3.1; Buehler et al. 2001 for the fade.
 //
 //   w_dir = max(0, cos of the angle at X between novel and stored camera)
 //   w_pos = min(o, i) / max(o, i)                   o, i: distance of the novel and of the stored camera from X
@@ -28,8 +27,8 @@ inline constexpr double kSharpFootprint = 1.4;
 
 inline constexpr std::uint32_t kMostSupersampling = 4;
 
-// Below this 1 - w, which is then rounding in the shader's floats, a view counts no more; shared with the shader. Where
-// it is reached, a view that weighs 0.999 has a thousandth of the share.
+// Least 1 - w by which a view's share is divided; smaller differences are rounding in the shader's floats. Shared with
+// the shader. A view of w = 0.999 then has a thousandth of the share of one whose 1 - w is this.
 inline constexpr double kLeastPenalty = 1e-6;
 
 // The surface bends by more than this many pixel widths at a silhouette, see supersampling.h. Shared with the shader.
@@ -87,7 +86,8 @@ struct BlendOptions {
   double occlusion_tolerance = 0.02;  // X may lie this share of its depth behind the stored depth, >= 0; printed: 0
 
   [[nodiscard]] static BlendOptions printed();
-  // In half to a third of the time: linear sampling, one sample a pixel, cells that do not fade into each other.
+  // Returns options that take a third to a half of the time: linear sampling, one sample a pixel, cells that do not
+  // fade into each other.
   [[nodiscard]] static BlendOptions draft();
 };
 

@@ -4,21 +4,19 @@
 
 #include <array>
 #include <cstdint>
-#include <limits>
 #include <vector>
 
 #include "blend/rendering.h"
+#include "mesh/base/id.h"
 
 namespace lumatlas {
-
-inline constexpr std::uint32_t kNoView = std::numeric_limits<std::uint32_t>::max();
 
 // The views that the pixel's own cell blends. Views of neighbouring cells, which are mixed in along its border
 // (BlendOptions::border_width), are left out, also from the state.
 struct PixelDiagnosis {
   // How many of the views that the cell refers to are valid here, whatever they weigh. Section 3.1's valid() > 0.
   std::uint32_t valid_views = 0;
-  std::uint32_t winner = kNoView;  // the view slot of the view that weighs most; kNoView: none weighs anything
+  ViewSlot winner;  // the view slot of the view that weighs most; ViewSlot::none: none weighs anything
   // The weights of the three best views in the pixel's colour, best first, in [0, 1]. They sum to 1, to less where K is
   // above 3, and to 0 where there is no winner.
   std::array<float, 3> shares{};

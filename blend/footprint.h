@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Internal to blend/: the sampling kernel widens in a photograph where the surface is not exact.
 //
-// A photograph shows a point elsewhere that is d nearer or farther on the picture's ray than the surface: by about
+// If the true point is d nearer or farther on the picture's ray than the surface, the photograph shows it displaced by
+// about
 //
 //   s = d sin(a) f / z     pixels, with a the angle between the two rays, f the photograph's focal length in pixels
 //                          and z the point's depth there,

@@ -189,7 +189,7 @@ class Rasterizer {
 
   static void clear(const Targets& targets) {
     const GLuint name = targets.framebuffer.get();
-    const std::array<GLuint, 4> no_face{kNoFace, 0, 0, 0};
+    const std::array<GLuint, 4> no_face{FaceId::none, 0, 0, 0};
     const std::array<GLfloat, 4> no_depth{std::numeric_limits<float>::infinity(), 0, 0, 0};
     constexpr GLfloat kFarthest = 0;
     glClearNamedFramebufferuiv(name, GL_COLOR, 0, no_face.data());
@@ -252,8 +252,8 @@ class GlVisibility final : public Visibility {
       const CurrentContext current(context_);
       rasterizer_->trace(camera.width, camera.height, shader_camera, runs, buffer);
     }
-    for (std::uint32_t& face : buffer.face) {
-      if (face != kNoFace) face = runs_.order()[face];
+    for (FaceId& face : buffer.face) {
+      if (face != FaceId::none) face = FaceId{runs_.order()[face]};
     }
   }
 

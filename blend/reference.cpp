@@ -285,7 +285,7 @@ struct Shaded {
 
 Shaded shade(const Picture& picture, std::size_t pixel) {
   const std::uint32_t face = picture.visible.face[pixel];
-  if (face == kNoFace) return {};
+  if (face == FaceId::none) return {};
   const Camera& camera = picture.camera;
   const Snapshot& snapshot = picture.source.snapshot;
   const std::size_t x = pixel % camera.width;
@@ -359,7 +359,7 @@ PixelDiagnosis diagnose(const Source& source, std::span<const std::uint32_t> slo
     const WeightedColor next = color_in_view(source, slot, point, novel, options);
     if (next.valid) ++pixel.valid_views;
     if (next.weight > 0 && (weights.empty() || next.weight > *std::max_element(weights.begin(), weights.end()))) {
-      pixel.winner = slot;
+      pixel.winner = ViewSlot{slot};
     }
     if (next.weight > 0) weights.push_back(next.weight);
   }
@@ -371,7 +371,7 @@ PixelDiagnosis diagnose(const Source& source, std::span<const std::uint32_t> slo
   for (std::size_t rank = 0; rank < std::min<std::size_t>(3, options.views) && total > 0; ++rank) {
     pixel.shares[rank] = static_cast<float>(share_of(weights[rank], threshold, options) / total);
   }
-  if (total == 0 && pixel.winner != kNoView) pixel.shares[0] = 1;  // the same as in blend()
+  if (total == 0 && pixel.winner != ViewSlot::none) pixel.shares[0] = 1;  // the same as in blend()
   return pixel;
 }
 
@@ -382,7 +382,7 @@ void require_buffer_of(const Camera& camera, const VisibilityBuffer& visible, st
     throw std::invalid_argument("reference renderer: the visibility buffer must be as large as the camera's image");
   }
   for (std::size_t pixel = 0; pixel < pixels; ++pixel) {
-    if (visible.face[pixel] == kNoFace || visible.face[pixel] < faces) continue;
+    if (visible.face[pixel] == FaceId::none || visible.face[pixel] < faces) continue;
     throw std::invalid_argument("reference renderer: pixel " + std::to_string(pixel) +
                                 " of the visibility buffer shows face " + std::to_string(visible.face[pixel]) +
                                 ", the mesh has " + std::to_string(faces));
@@ -400,7 +400,7 @@ Diagnosis diagnose_reference(const Snapshot& snapshot, const Camera& camera, con
   const Source source(snapshot, options, glm::dvec3(1));
   tbb::parallel_for(std::size_t{0}, diagnosis.pixels.size(), [&](std::size_t pixel) {
     const std::uint32_t face = visible.face[pixel];
-    if (face == kNoFace) return;
+    if (face == FaceId::none) return;
     const std::size_t x = pixel % camera.width;
     const std::size_t y = pixel / camera.width;
     const glm::dvec2 image(static_cast<double>(x) + 0.5, static_cast<double>(y) + 0.5);

@@ -14,7 +14,7 @@ namespace lumatlas {
 
 // One sample a pixel, at its middle, whatever options.supersample says. `visible` is what the camera sees at its own
 // resolution. Throws std::invalid_argument unless snapshot, camera and options pass check(), and `visible` has a depth
-// and a face, of the snapshot's mesh or kNoFace, for each pixel of the camera's image.
+// and a face, of the snapshot's mesh or FaceId::none, for each pixel of the camera's image.
 [[nodiscard]] Rendering render_reference(const Snapshot& snapshot, const Camera& camera,
                                          const VisibilityBuffer& visible, const BlendOptions& options);
 

@@ -78,7 +78,7 @@ glm::vec4 clip_from_cam(const Camera& camera) {
 
 PixelDiagnosis unpacked(const std::uint32_t* packed) {
   const auto share = [](std::uint32_t bits) { return static_cast<float>(bits & 0xFFFFu) / 65535.0f; };
-  return {packed[0], packed[1], {share(packed[2]), share(packed[2] >> 16), share(packed[3])}};
+  return {packed[0], ViewSlot{packed[1]}, {share(packed[2]), share(packed[2] >> 16), share(packed[3])}};
 }
 
 void bind_texture(TextureUnit unit, GLenum target, const GlTexture& texture) {
@@ -584,7 +584,7 @@ Diagnosis Renderer::diagnose(const Camera& camera, const BlendOptions& options) 
       make_texture_2d(GL_RGBA32UI, static_cast<GLsizei>(camera.width), static_cast<GLsizei>(camera.height));
   const GlFramebuffer pass = make_framebuffer({&targets.picture, &packed}, nullptr);
   constexpr std::array<GLfloat, 4> kEmpty{};
-  constexpr std::array<GLuint, 4> kNoDiagnosis{0, kNoView, 0, 0};
+  constexpr std::array<GLuint, 4> kNoDiagnosis{0, ViewSlot::none, 0, 0};
   glClearBufferfv(GL_COLOR, 0, kEmpty.data());
   glClearBufferuiv(GL_COLOR, 1, kNoDiagnosis.data());
   state.draw_screen(

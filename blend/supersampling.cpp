@@ -20,7 +20,7 @@ bool at_silhouette(const Camera& camera, const VisibilityBuffer& visible, int x,
   const auto width = static_cast<int>(visible.width);
   const auto height = static_cast<int>(visible.height);
   const auto pixel = [&](int column, int row) { return static_cast<std::size_t>(row) * visible.width + column; };
-  if (visible.face[pixel(x, y)] == kNoFace) return false;
+  if (visible.face[pixel(x, y)] == FaceId::none) return false;
   const double z = visible.depth[pixel(x, y)];
   for (const Step& step : kSteps) {
     double bend = -2;
@@ -29,7 +29,7 @@ bool at_silhouette(const Camera& camera, const VisibilityBuffer& visible, int x,
       const int column = x + side * step.x;
       const int row = y + side * step.y;
       if (column < 0 || row < 0 || column >= width || row >= height) continue;
-      if (visible.face[pixel(column, row)] == kNoFace) return true;
+      if (visible.face[pixel(column, row)] == FaceId::none) return true;
       bend += z / visible.depth[pixel(column, row)];
       ++inside;
     }

@@ -35,15 +35,15 @@ struct Camera {
   // center() + depth * ray(p) has that depth.
   [[nodiscard]] glm::dvec3 ray(const glm::dvec2& image) const;
 
-  // The same view at another resolution; a pixel keeps its place relative to the image. These two throw
+  // Returns the same view at another resolution; a pixel keeps its position relative to the image. Both functions throw
   // std::invalid_argument if one of the sizes, the camera's own among them, is 0.
   [[nodiscard]] Camera scaled_to(std::uint32_t new_width, std::uint32_t new_height) const;
-  // The same view with its longer side `pixels` long, its shape kept to the nearest pixel; never enlarged.
+  // Returns the same view with its longer side `pixels` long, its shape kept to the nearest pixel; never enlarged.
   [[nodiscard]] Camera shrunk_to(std::uint32_t pixels) const;
 };
 
-// A camera at the origin that looks along +z, with square pixels and its principal point in the middle of the image.
-// Sizes and focal length are in pixels; nothing is checked.
+// Returns a camera at the origin that looks along +z, with square pixels and its principal point in the middle of the
+// image. Sizes and focal length are in pixels; nothing is checked.
 [[nodiscard]] Camera centered_camera(std::uint32_t width, std::uint32_t height, double focal_length);
 
 // Throws std::invalid_argument naming the field, its value and the rule: sizes in [1, 65536], focal lengths finite and

@@ -17,14 +17,14 @@ struct SphereShape {
   double radius = 0;
 };
 
-// The sphere around cameras and a mesh. Its centre is the median of the cameras' places by each axis. Its radius is 300
-// times the distance that nine tenths of the cameras are within, at least ten times that of the bulk of the mesh.
-// Between two of these cameras a point on it moves by less than 0.4 degrees against what is infinitely far. Few cameras
-// and faces that lie elsewhere do not change it. Throws std::invalid_argument for no camera or a mesh without faces.
+// Returns the sphere around cameras and a mesh. Its centre is the median of the cameras' centres, axis by axis. Its
+// radius is 300 times the distance within which nine tenths of the cameras lie, and at least ten times that of the bulk
+// of the mesh. Seen from any two of these cameras, the direction to a point on it differs by less than 0.4 degrees. A
+// few cameras and faces far away do not change it. Throws std::invalid_argument for no camera or a mesh without faces.
 [[nodiscard]] SphereShape far_sphere_shape(std::span<const Camera> cameras, const Mesh& mesh);
 
-// A triangle mesh of a sphere, seen from inside: its faces turn towards the centre. No edge is longer than
-// `longest_edge` radii, (0, 1] (std::invalid_argument).
+// Returns a triangle mesh of a sphere whose faces are turned towards the centre, from where it is seen. No edge is
+// longer than `longest_edge` radii, (0, 1] (std::invalid_argument).
 [[nodiscard]] Mesh far_sphere(const SphereShape& shape, double longest_edge);
 
 }  // namespace lumatlas

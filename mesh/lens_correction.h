@@ -9,7 +9,8 @@
 
 namespace lumatlas {
 
-// A point (x, y) of the plane z = 1 in the camera frame is seen, in the picture that is wrong, where the camera sees
+// In the original photograph, a point (x, y) of the plane z = 1 in the camera frame lies at the pixel where the camera
+// would see
 //
 //   focal * ((x, y) * (1 + k1 r^2 + k2 r^4) + (2 p1 xy + p2 (r^2 + 2 x^2), 2 p2 xy + p1 (r^2 + 2 y^2)))
 //
@@ -37,8 +38,8 @@ void check(const LensCorrection& correction);
 // Returns the largest distance by which the correction moves a corner of the camera's picture, pixels.
 [[nodiscard]] double corner_move_px(const LensCorrection& correction, const Camera& camera);
 
-// About the correction that does what `first` and then `second` do: exact to first order, so that the products of two
-// distortions are missing.
+// Returns the correction that does what `first` and then `second` do, to first order: products of two distortions are
+// left out.
 [[nodiscard]] LensCorrection combined(const LensCorrection& first, const LensCorrection& second);
 
 }  // namespace lumatlas

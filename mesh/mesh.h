@@ -29,10 +29,10 @@ struct Mesh {
 // more than 5e8 faces or vertices. Whether a mesh is manifold takes longer to find out and is not checked here: every
 // function says how it treats other meshes. All functions of mesh/ that take a mesh call this first.
 void check(const Mesh& mesh);
-// The first of these rules alone, for functions that take any coordinates.
+// Checks the first of these rules alone, for functions that take any coordinates.
 void check_faces(const Mesh& mesh);
 
-// Axis-aligned bounds; `min` is above `max` for no points at all.
+// Axis-aligned bounds. Without points, `min` is above `max`.
 struct Bounds {
   glm::dvec3 min{1.0};
   glm::dvec3 max{-1.0};

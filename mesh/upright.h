@@ -10,12 +10,13 @@
 
 namespace lumatlas {
 
-// Unit. The direction that the cameras' x axes are most nearly at right angles to, for people hold cameras level; where
-// these leave it open, the mean of what is upwards in the pictures. At least one camera (std::invalid_argument).
+// Returns the upward direction, unit: the one to which the cameras' x axes are most nearly perpendicular, because
+// people hold cameras level. If the x axes leave it open, it is the mean of the cameras' upward axes. Throws
+// std::invalid_argument for no camera.
 [[nodiscard]] glm::dvec3 upward(std::span<const Camera> cameras);
 
-// The rotation after which `up` (unit) is +y, as glTF and most programs that read OBJ have it, and the cameras look
-// along -z on average.
+// Returns the rotation after which `up` (unit) is +y, as in glTF and in most programs that read OBJ, and the cameras
+// look along -z on average.
 [[nodiscard]] glm::dmat3 upright(std::span<const Camera> cameras, const glm::dvec3& up);
 
 }  // namespace lumatlas

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Which references cells can do without, and what that is predicted to cost: see predicted_loss.h.
+// Finds the references that cells can do without, and predicts the loss: see predicted_loss.h.
 #pragma once
 
 #include <cstdint>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Which stored views leave for one that is offered while the store is full (Erat et al. 2019, section 3.2).
+// Chooses the stored views that leave for an offered one while the store is full (Erat et al. 2019, section 3.2).
 #pragma once
 
 #include <cstdint>
@@ -13,7 +13,7 @@ namespace lumatlas {
 
 struct Exchange {
   std::vector<std::uint32_t> victims;  // slots of the views that leave; none where there is room
-  double gain = 0;                     // by how much scov rises
+  double gain = 0;                     // rise of scov
 };
 
 // Returns the exchange that raises scov most, for a view that sees `parts` and takes `bytes`. The view must not be

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Tells what a planner's store would be if other views had been offered or taken away; nothing is changed. It serves
-// callers that measure which views a store can do without.
+// Computes what a planner's store would be if other views had been offered or taken away, and changes nothing. Callers
+// use it to measure which views a store can do without.
 #pragma once
 
 #include <cstdint>
@@ -14,11 +14,11 @@ namespace lumatlas {
 // One step of taking away a store's views, the one that is missed least first.
 struct ThinningStep {
   std::uint32_t slot = 0;
-  double gap = 0;  // by what share of scov the store falls short of what it was before the first step, in [0, 1]
+  double gap = 0;  // share of scov that is lost since before the first step, in [0, 1]
 };
 
-// No slot may be promised (std::logic_error). `absent`: slots of views that count as never offered, as do all that are
-// not stored.
+// No slot may be promised (std::logic_error). `absent`: slots of views to count as never offered. Views that are not
+// stored count as never offered too.
 class Hindsight {
  public:
   // The planner must outlive it.

@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Planning with hindsight, for comparison with the stream (Erat et al. 2019, section 4.9): the best views of all, by
-// the measure that the online planner goes by. Greedy selection with lazy evaluation (Minoux 1978), then exchanges of
+// Chooses views among all at once, to compare the online planner with it (Erat et al. 2019, section 4.9). It uses the
+// online planner's measure. Greedy selection with lazy evaluation (Minoux 1978), then exchanges of
 // one view against another until none raises scov.
 //
-// For Metric::directions, which is monotone submodular, lazy evaluation chooses what plain greedy selection would,
-// worth at least 1 - 1/e of the best choice of as many views (Nemhauser, Wolsey, Fisher 1978). For Metric::paper
-// neither holds, because the gain of a view can grow while others come and depends on the order of arrival. A view is
-// then taken if its gain, evaluated anew, is no less than the last evaluated gains of the others.
+// For Metric::directions, which is monotone submodular, lazy evaluation chooses what plain greedy selection would, with
+// a value of at least 1 - 1/e of that of the best choice of as many views (Nemhauser, Wolsey, Fisher 1978). For
+// Metric::paper neither holds, because the gain of a view can grow while others come and depends on the order of
+// arrival. A view is then taken if its gain, evaluated anew, is no less than the last evaluated gains of the others.
 #pragma once
 
 #include <cstddef>
@@ -36,9 +36,9 @@ struct OfflineChoice {
   std::vector<std::size_t> exchanges;  // in each pass
 };
 
-// Returns at most `count` views, >= 1 (std::invalid_argument); fewer only if there are no more or no other adds
-// anything. `views`: what each sees, as Planner::parts_of() returns it. The first of equal views is chosen. Throws
-// std::invalid_argument for bad options.
+// Returns at most `count` views, >= 1 (std::invalid_argument); fewer only if there are no more, or if no other view has
+// a gain. `views`: the cells that each view sees, as Planner::parts_of() returns them. The first of equal views is
+// chosen. Throws std::invalid_argument for bad options.
 [[nodiscard]] OfflineChoice plan_offline(const Surface& surface, std::span<const std::vector<CellPart>> views,
                                          std::uint32_t count, const OfflineOptions& options);
 

@@ -133,7 +133,7 @@ void PlannedStore::publish(std::uint32_t cell) {
 }
 
 void PlannedStore::follow(const Surface& surface, std::span<const std::uint32_t> again,
-                          std::span<const std::uint32_t> unchanged_cell) {
+                          std::span<const CellId> unchanged_cell) {
   for (const std::uint32_t slot : again) {
     ledger_.unask(ledger_.parts(slot));
     ledger_.erase(slot);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Keeps account of what the planner has put into the atlas: which view has which slot, the bytes that the views take,
-// and what they are worth to the cells (Erat et al. 2019, section 3.2).
+// Keeps account of the views that the planner has put into the atlas: their slots, their bytes, and their value to the
+// cells (Erat et al. 2019, section 3.2).
 //
 // A slot is free, promised to a view whose photograph has not been read yet, or holds a view. A view counts for
 // coverage from the moment at which it has a slot; cells refer to it once the atlas holds it.
@@ -25,7 +25,7 @@ namespace lumatlas {
 // pixels.
 [[nodiscard]] std::uint64_t stored_bytes(const Camera& camera);
 
-// Slots that are handed in are below the atlas's capacity; this is not checked.
+// The caller passes slots below the atlas's capacity; this is not checked.
 class PlannedStore {
  public:
   // The three must outlive the store. The atlas must be empty (std::invalid_argument) and the options pass check().
@@ -85,8 +85,7 @@ class PlannedStore {
   // The geometry has changed, see Planner::update_surface(). The first call takes the views whose cells are counted
   // anew out of the ledger and numbers the cells as on the new surface, the second counts a view with what it sees
   // there, and the third counts them among the offered views and brings the references of all cells up to date.
-  void follow(const Surface& surface, std::span<const std::uint32_t> again,
-              std::span<const std::uint32_t> unchanged_cell);
+  void follow(const Surface& surface, std::span<const std::uint32_t> again, std::span<const CellId> unchanged_cell);
   void count_again(std::uint32_t slot, std::vector<CellPart> seen);
   void offer_again(std::span<const std::uint32_t> slots, std::span<const std::uint8_t> changed);
 

@@ -261,7 +261,7 @@ Planner::ReadyView Planner::ready(const std::string& name, const Camera& camera,
   const Stopwatch stopwatch(verdict.store_ms);
   const Camera refined = verdict.refinement ? verdict.refinement->alignment.camera : camera;
   VisibilityBuffer visible = visibility_->trace_sparsely(refined);
-  std::vector<std::uint32_t> face = visible.face;
+  std::vector<FaceId> face = visible.face;
   return {make_tiled_view(name, refined, std::move(photograph), std::move(visible), atlas_.surface()->cells,
                           atlas_.layout(), options_.validity),
           std::move(face)};

@@ -2,7 +2,7 @@
 // Online view planning: decides for each photograph, as it arrives, whether the store keeps it, in whose place, and
 // which cells refer to it. Erat et al. 2019, section 3.2 (candidate view evaluation) and 3.4 (pre-selection).
 //
-// A dropped view is never looked at again and nothing of it is held. In order of use:
+// The planner keeps nothing of a dropped view and never looks at it again. In order of use:
 //
 //   Planner planner(atlas, *visibility, options);
 //   for (const SceneView& view : stream) planner.offer(view.name, view.camera, [&] { return read(view); });
@@ -36,7 +36,7 @@ struct Exchange;
 enum class Decision {
   kept,
   replaced,  // kept in the place of another
-  rejected,  // would not have added enough
+  rejected,  // its gain was too small
   outlier,   // would have been kept, but its photograph does not agree with the others, whatever its pose
 };
 
@@ -45,7 +45,7 @@ struct Verdict {
   Decision decision = Decision::rejected;
   std::optional<std::uint32_t> slot;  // where it was stored
   std::vector<std::string> replaced;  // the names of the views that it took the place of
-  double gain = 0;                    // by which scov rose, or would have risen
+  double gain = 0;                    // rise of scov, or the rise that a rejected view would have brought
   std::uint32_t cells_seen = 0;
   double visibility_ms = 0;              // wall time of the visibility pass,
   double plan_ms = 0;                    // of the decision,
@@ -57,10 +57,10 @@ struct Verdict {
 // The work that a change of the geometry made necessary.
 struct SurfaceUpdate {
   std::uint32_t views_seen_again = 0;   // whose cells were counted anew
-  std::uint32_t depths_made_again = 0;  // of those, how many show something else than before
+  std::uint32_t depths_made_again = 0;  // how many of those have another depth than before
 };
 
-// Gives the photograph of the view that is offered, when it is asked for: at most once, before offer() returns.
+// Returns the photograph of the offered view. Called at most once, before offer() returns.
 using PhotographSource = std::function<Photograph()>;
 
 class Planner {
@@ -115,14 +115,14 @@ class Planner {
   // are then those of the new cells, and of a cell that is new or changed only the stored views were offered. Throws
   // std::invalid_argument, and changes nothing, if the surface does not fit: see Atlas::replace_surface().
   SurfaceUpdate update_surface(std::shared_ptr<const Surface> surface, const Visibility& visibility,
-                               std::span<const std::uint32_t> previous_cell, std::span<const std::uint8_t> changed);
+                               std::span<const CellId> previous_cell, std::span<const std::uint8_t> changed);
 
  private:
   friend class Pruning;
   // A view that the atlas is about to hold, and the face that each pixel shows.
   struct ReadyView {
     TiledView tiled;
-    std::vector<std::uint32_t> face;
+    std::vector<FaceId> face;
   };
 
   [[nodiscard]] Camera planning_camera(const Camera& camera) const;
@@ -144,7 +144,7 @@ class Planner {
   void put(ReadyView ready, const Camera& camera, Verdict& verdict);
   void take(const std::string& name, const Camera& camera, const std::vector<CellPart>& seen, const Exchange& exchange,
             Photograph photograph, Verdict& verdict);
-  [[nodiscard]] std::vector<std::uint32_t> views_of_change(std::span<const std::uint32_t> previous_cell,
+  [[nodiscard]] std::vector<std::uint32_t> views_of_change(std::span<const CellId> previous_cell,
                                                            std::span<const std::uint8_t> changed,
                                                            const Surface& surface) const;
   bool make_depth_again(std::uint32_t slot);

@@ -24,8 +24,7 @@ Sphere sphere_of(const Cell& cell) {
 
 // Returns spheres around the places where the geometry has changed: around new and changed cells, as they are now and
 // as they were, and around those that are gone.
-std::vector<Sphere> spheres_of_change(const Cells& before, const Cells& now,
-                                      std::span<const std::uint32_t> previous_cell,
+std::vector<Sphere> spheres_of_change(const Cells& before, const Cells& now, std::span<const CellId> previous_cell,
                                       std::span<const std::uint8_t> changed) {
   std::vector<std::uint8_t> kept(before.cells.size(), 0);
   std::vector<Sphere> spheres;
@@ -60,7 +59,7 @@ bool may_show(const Camera& camera, const std::array<glm::dvec3, 4>& normals, co
 
 }  // namespace
 
-std::vector<std::uint32_t> Planner::views_of_change(std::span<const std::uint32_t> previous_cell,
+std::vector<std::uint32_t> Planner::views_of_change(std::span<const CellId> previous_cell,
                                                     std::span<const std::uint8_t> changed,
                                                     const Surface& surface) const {
   const std::shared_ptr<const Surface> old_surface = atlas_.surface();
@@ -106,8 +105,7 @@ bool Planner::make_depth_again(std::uint32_t slot) {
 }
 
 SurfaceUpdate Planner::update_surface(std::shared_ptr<const Surface> surface, const Visibility& visibility,
-                                      std::span<const std::uint32_t> previous_cell,
-                                      std::span<const std::uint8_t> changed) {
+                                      std::span<const CellId> previous_cell, std::span<const std::uint8_t> changed) {
   if (!surface) throw std::invalid_argument("planner: surface is null");
   if (store_.held_views() != atlas_.size())
     throw std::logic_error("planner: the surface changes while slots are promised");
@@ -117,7 +115,7 @@ SurfaceUpdate Planner::update_surface(std::shared_ptr<const Surface> surface, co
                                 " and " + std::to_string(previous_cell.size()) + " cells, must be of " +
                                 std::to_string(cells));
   }
-  std::vector<std::uint32_t> unchanged(cells, kNoCell);
+  std::vector<CellId> unchanged(cells, CellId::none);
   std::vector<std::uint8_t> taken(atlas_.surface()->cells.cells.size(), 0);
   for (std::size_t cell = 0; cell < cells; ++cell) {
     if (changed[cell] != 0) continue;

@@ -240,7 +240,7 @@ ViewTables view_tables(const Snapshot& snapshot) {
   tables.references.reserve(snapshot.references.views.size());
   for (const std::uint32_t slot : snapshot.references.views) tables.references.push_back(number[slot]);
   if (snapshot.tiles.whole_views()) return tables;
-  for (const std::uint32_t slot : snapshot.tiles.slots) tables.resident.push_back(slot == kNotResident ? 0 : 1);
+  for (const std::uint32_t slot : snapshot.tiles.slots) tables.resident.push_back(slot == TilePlace::none ? 0 : 1);
   return tables;
 }
 

@@ -390,9 +390,9 @@ TileTable ModelReader::tiles(const std::vector<ViewEntry>& views) const {
     file_.refuse("\"resident\" says of " + std::to_string(resident.size()) +
                  " tiles whether they are there, its views have " + std::to_string(tiles));
   }
-  if (tiles >= kNotResident) file_.refuse("has " + std::to_string(tiles) + " tiles, too many");
+  if (tiles >= TilePlace::none) file_.refuse("has " + std::to_string(tiles) + " tiles, too many");
   std::uint32_t next = 0;
-  for (const std::uint8_t there : resident) table.slots.push_back(there ? next++ : kNotResident);
+  for (const std::uint8_t there : resident) table.slots.push_back(there ? TilePlace{next++} : TilePlace::none);
   if (next > kMostTileSlots) {
     file_.refuse("has " + std::to_string(next) + " resident tiles, must have at most " +
                  std::to_string(kMostTileSlots));
@@ -542,7 +542,7 @@ void ModelReader::require_zones(std::size_t cells) const {
   const std::size_t count = zones.size() / kColumns;
   for (std::size_t i = 0; i < zones.size(); ++i) {
     const bool may_be_none = i >= 2 * count;
-    if (zones[i] < cells || (may_be_none && zones[i] == kNoCell)) continue;
+    if (zones[i] < cells || (may_be_none && zones[i] == CellId::none)) continue;
     file_.refuse("zone " + std::to_string(i % count) + " has the cell " + out_of(zones[i], cells));
   }
   for (const std::size_t mesh : {std::size_t{0}, far_part(cells).mesh}) require_zones_of_mesh(mesh, count);

@@ -219,7 +219,7 @@ glm::u8vec4 DrawZones::shares(std::size_t face, int corner) const {
 
 std::size_t DrawZones::cells_of(std::uint32_t zone) const {
   const CellShares::Zone& cells = shares_.zones[zones_[zone]];
-  return static_cast<std::size_t>(std::find(cells.begin(), cells.end(), kNoCell) - cells.begin());
+  return static_cast<std::size_t>(std::find(cells.begin(), cells.end(), CellId::none) - cells.begin());
 }
 
 std::vector<std::uint32_t> DrawZones::cells() const {

@@ -31,7 +31,7 @@ class DrawZones {
   [[nodiscard]] std::size_t cells_of(std::uint32_t zone) const;
   [[nodiscard]] std::size_t count() const { return zones_.size(); }
   // Returns the cells of all zones: that of the faces of each; the first that they fade between, the second, ...;
-  // kNoCell after the last of a zone.
+  // CellId::none after the last of a zone.
   [[nodiscard]] std::vector<std::uint32_t> cells() const;
 
  private:

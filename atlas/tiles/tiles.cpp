@@ -75,7 +75,7 @@ struct TileRange {
 // The cells that the pixels of one row of tiles show, for these tiles and for those in whose gutter they are.
 class ShownInRow {
  public:
-  ShownInRow(const StoredView& view, std::span<const std::uint32_t> face, const Cells& cells, const TileGrid& grid,
+  ShownInRow(const StoredView& view, std::span<const FaceId> face, const Cells& cells, const TileGrid& grid,
              const TileOptions& options)
       : view_(view), face_(face), cells_(cells), grid_(grid), options_(options) {
     for (std::uint32_t x = 0; x < view.camera.width; ++x) columns_.emplace_back(x, grid.columns, options);
@@ -102,8 +102,8 @@ class ShownInRow {
 
  private:
   [[nodiscard]] std::optional<std::uint32_t> cell_at(std::size_t pixel) const {
-    const std::uint32_t face = face_[pixel];
-    if (view_.mask->validity[pixel] == 0 || face == kNoFace) return std::nullopt;
+    const FaceId face = face_[pixel];
+    if (view_.mask->validity[pixel] == 0 || face == FaceId::none) return std::nullopt;
     if (face < cells_.cell_of_face.size()) return cells_.cell_of_face[face];
     throw std::invalid_argument("tiles: view " + view_.name + " shows face " + std::to_string(face) +
                                 ", the mesh has " + std::to_string(cells_.cell_of_face.size()));
@@ -119,7 +119,7 @@ class ShownInRow {
   }
 
   const StoredView& view_;
-  std::span<const std::uint32_t> face_;
+  std::span<const FaceId> face_;
   const Cells& cells_;
   const TileGrid& grid_;
   const TileOptions& options_;
@@ -186,7 +186,7 @@ TileGrid::TileGrid(std::uint32_t width_px, std::uint32_t height_px, std::uint32_
   rows = (height_px + tile_px - 1) / tile_px;
 }
 
-std::vector<ShownCell> shown_cells(const StoredView& view, std::span<const std::uint32_t> face, const Cells& cells,
+std::vector<ShownCell> shown_cells(const StoredView& view, std::span<const FaceId> face, const Cells& cells,
                                    const TileOptions& options) {
   check(options);
   if (options.whole_views()) return {};
@@ -228,7 +228,7 @@ void require_shown_cells_of(const std::string& view, const Camera& camera, std::
 TiledView make_tiled_view(std::string name, const Camera& camera, std::shared_ptr<const StoredPhotograph> photograph,
                           VisibilityBuffer visible, const Cells& cells, const TileOptions& layout,
                           const ValidityOptions& options, std::vector<std::uint8_t> trust) {
-  const std::vector<std::uint32_t> face = std::move(visible.face);
+  const std::vector<FaceId> face = std::move(visible.face);
   TiledView tiled;
   tiled.view =
       make_stored_view(std::move(name), camera, std::move(photograph), std::move(visible), options, std::move(trust));
@@ -247,14 +247,14 @@ bool TileTable::resident(std::uint32_t view, const Camera& camera, double x, dou
   const TileGrid grid(camera.width, camera.height, options.tile_px);
   const auto column = static_cast<std::uint32_t>(x) / options.tile_px;
   const auto row = static_cast<std::uint32_t>(y) / options.tile_px;
-  return slots[first_tile[view] + row * grid.columns + column] != kNotResident;
+  return slots[first_tile[view] + row * grid.columns + column] != TilePlace::none;
 }
 
 std::vector<std::uint8_t> TileTable::resident_pixels(std::uint32_t view, const Camera& camera) const {
   const TileGrid grid(camera.width, camera.height, options.tile_px);
   std::vector<std::uint8_t> mask(std::size_t{camera.width} * camera.height, 0);
   for (std::uint32_t tile = 0; tile < grid.tiles(); ++tile) {
-    if (slots[first_tile[view] + tile] == kNotResident) continue;
+    if (slots[first_tile[view] + tile] == TilePlace::none) continue;
     const std::uint32_t x = tile % grid.columns * options.tile_px;
     const std::uint32_t y = tile / grid.columns * options.tile_px;
     const std::uint32_t first_x = x - std::min(x, options.gutter_px);
@@ -270,17 +270,17 @@ std::vector<std::uint8_t> TileTable::resident_pixels(std::uint32_t view, const C
 
 bool TileTable::has_resident_tile(std::uint32_t view) const {
   return std::any_of(slots.begin() + first_tile[view], slots.begin() + first_tile[view + 1],
-                     [](std::uint32_t slot) { return slot != kNotResident; });
+                     [](TilePlace place) { return place != TilePlace::none; });
 }
 
 std::uint32_t TileTable::resident_tiles() const {
   return static_cast<std::uint32_t>(
-      std::count_if(slots.begin(), slots.end(), [](std::uint32_t slot) { return slot != kNotResident; }));
+      std::count_if(slots.begin(), slots.end(), [](TilePlace place) { return place != TilePlace::none; }));
 }
 
 std::uint32_t TileTable::slots_needed() const {
   std::uint32_t needed = 0;
-  for (const std::uint32_t slot : slots) needed = slot == kNotResident ? needed : std::max(needed, slot + 1);
+  for (const TilePlace place : slots) needed = place == TilePlace::none ? needed : std::max(needed, place + 1);
   return needed;
 }
 
@@ -296,15 +296,16 @@ void TileSlots::resize(std::span<const std::uint32_t> tiles_of_view) {
   table.first_tile.push_back(0);
   for (std::size_t view = 0; view < tiles_of_view.size(); ++view) {
     table.first_tile.push_back(table.first_tile.back() + tiles_of_view[view]);
-    table.slots.resize(table.first_tile.back(), kNotResident);
+    table.slots.resize(table.first_tile.back(), TilePlace::none);
     if (view + 1 >= table_.first_tile.size()) continue;
-    const std::span<const std::uint32_t> before =
-        std::span(table_.slots).subspan(table_.first_tile[view], table_.first_tile[view + 1] - table_.first_tile[view]);
+    const std::span<const TilePlace> before =
+        std::span<const TilePlace>(table_.slots)
+            .subspan(table_.first_tile[view], table_.first_tile[view + 1] - table_.first_tile[view]);
     if (before.size() == tiles_of_view[view]) {
       std::copy(before.begin(), before.end(), table.slots.begin() + table.first_tile[view]);
     } else {
       std::copy_if(before.begin(), before.end(), std::back_inserter(free_),
-                   [](std::uint32_t slot) { return slot != kNotResident; });
+                   [](TilePlace place) { return place != TilePlace::none; });
     }
   }
   table_ = std::move(table);
@@ -325,14 +326,14 @@ void TileSlots::assign(std::span<const ViewTile> tiles, std::span<const std::uin
   std::vector<std::uint8_t> stays(table_.slots.size(), 0);
   for (const ViewTile& tile : tiles) stays[table_.first_tile[tile.view] + tile.tile] = 1;
   for (std::size_t tile = 0; tile < stays.size(); ++tile) {
-    if (stays[tile] || table_.slots[tile] == kNotResident) continue;
+    if (stays[tile] || table_.slots[tile] == TilePlace::none) continue;
     free_.push_back(table_.slots[tile]);
-    table_.slots[tile] = kNotResident;
+    table_.slots[tile] = TilePlace::none;
   }
   std::sort(free_.begin(), free_.end(), std::greater<>());
   for (std::size_t tile = 0; tile < stays.size(); ++tile) {
-    if (!stays[tile] || table_.slots[tile] != kNotResident) continue;
-    if (free_.empty()) free_.push_back(used_++);
+    if (!stays[tile] || table_.slots[tile] != TilePlace::none) continue;
+    if (free_.empty()) free_.emplace_back(used_++);
     table_.slots[tile] = free_.back();
     free_.pop_back();
   }

@@ -17,6 +17,7 @@
 #include "atlas/reference_table.h"
 #include "atlas/stored_view.h"
 #include "atlas/tiles/texel_format.h"
+#include "mesh/base/id.h"
 #include "mesh/camera.h"
 #include "mesh/cells/cells.h"
 
@@ -84,10 +85,8 @@ using SharedShownCells = std::shared_ptr<const std::vector<ShownCell>>;
 // Which cells each tile of a view shows, by ascending tile, then cell; nothing where the options leave views whole.
 // `face` is what each pixel of the view shows, as in VisibilityBuffer. Throws std::invalid_argument unless the options
 // pass check(), `face` and the view's validity have one value per pixel, and every face is one of the cells' mesh.
-[[nodiscard]] std::vector<ShownCell> shown_cells(const StoredView& view, std::span<const std::uint32_t> face,
+[[nodiscard]] std::vector<ShownCell> shown_cells(const StoredView& view, std::span<const FaceId> face,
                                                  const Cells& cells, const TileOptions& options);
-
-inline constexpr std::uint32_t kNotResident = ~0u;
 
 // Throws std::invalid_argument, naming the view and the entry, unless `shown` rises by tile, then cell, names tiles
 // that the view has in this layout, and no more pixels than a tile has; with whole views it must be empty.
@@ -114,7 +113,7 @@ struct TiledView {
 struct TileTable {
   TileOptions options;
   std::vector<std::uint32_t> first_tile;  // one more than the store has view slots; empty: whole views
-  std::vector<std::uint32_t> slots;       // tile places in the texture array; kNotResident: the tile is not there
+  std::vector<TilePlace> slots;           // tile places in the texture array; TilePlace::none: the tile is not there
 
   [[nodiscard]] bool whole_views() const { return first_tile.empty(); }
   // Returns whether the tile that holds an image position (pixels from the top left corner, inside the image) is
@@ -148,8 +147,8 @@ class TileSlots {
   void resize(std::span<const std::uint32_t> tiles_of_view);
 
   TileTable table_;
-  std::vector<std::uint32_t> free_;  // tile places below used_ that are free, the lowest last
-  std::uint32_t used_ = 0;           // tile places that were ever used
+  std::vector<TilePlace> free_;  // tile places below used_ that are free, the lowest last
+  std::uint32_t used_ = 0;       // tile places that were ever used
 };
 
 }  // namespace lumatlas

@@ -264,11 +264,11 @@ void PhotographArray::load(const Snapshot& snapshot, bool blocks) {
   tile_height_ = whole_views ? shape.slot_height : tiles.options.tile_px;
   gutter_ = whole_views ? 0 : tiles.options.gutter_px;
   held_.resize(std::size_t{shape_.columns} * shape_.rows * shape_.pages);
-  std::vector<std::uint32_t> slots = tiles.slots;
+  std::vector<TilePlace> slots = tiles.slots;
   first_tile_ = tiles.first_tile;
   if (whole_views) {
-    for (std::uint32_t view = 0; view < snapshot.views.size(); ++view) slots.push_back(view);
-    first_tile_ = slots;
+    for (std::uint32_t view = 0; view < snapshot.views.size(); ++view) slots.emplace_back(view);
+    first_tile_.assign(slots.begin(), slots.end());
   }
   measure_depths(snapshot);
   glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
@@ -290,18 +290,18 @@ void PhotographArray::load(const Snapshot& snapshot, bool blocks) {
     }
   }
   check_gl("uploading photographs");
-  tile_slots_.store(std::as_bytes(std::span<const std::uint32_t>(slots)));
+  tile_slots_.store(std::as_bytes(std::span<const TilePlace>(slots)));
 }
 
 // Those that are resident, but not in their slots yet.
 std::vector<PhotographArray::Upload> PhotographArray::missing_tiles(const Snapshot& snapshot,
-                                                                    std::span<const std::uint32_t> slots) const {
+                                                                    std::span<const TilePlace> slots) const {
   std::vector<Upload> missing;
   for (std::uint32_t view = 0; view < snapshot.views.size(); ++view) {
     if (!snapshot.views[view]) continue;
     const std::uint32_t end = view + 1 < first_tile_.size() ? first_tile_[view + 1] : view + 1;
     for (std::uint32_t number = first_tile_[view]; number < end; ++number) {
-      if (slots[number] == kNotResident) continue;
+      if (slots[number] == TilePlace::none) continue;
       const std::uint32_t tile = number - first_tile_[view];
       const Held& held = held_[slots[number]];
       if (same(held.photograph, snapshot.views[view]->photograph) && same(held.mask, snapshot.views[view]->mask) &&

@@ -128,7 +128,7 @@ class PhotographArray {
   struct Place {
     std::uint32_t x, y, page;
   };
-  [[nodiscard]] std::vector<Upload> missing_tiles(const Snapshot& snapshot, std::span<const std::uint32_t> slots) const;
+  [[nodiscard]] std::vector<Upload> missing_tiles(const Snapshot& snapshot, std::span<const TilePlace> slots) const;
   [[nodiscard]] Place place_of(std::uint32_t slot) const;
   void prepare(Upload& upload, const StoredView& view) const;
   void prepare_levels(Upload& upload, const StoredView& view, const ImageRect& rect) const;

@@ -221,12 +221,12 @@ void normalize(std::vector<Share>& shares) {
 
 // The cells of a face's corners, at most kCellsPerZone of them.
 CellShares::Zone zone_of(const glm::uvec3& face, const VertexShares& shares) {
-  CellShares::Zone zone{kNoCell, kNoCell, kNoCell, kNoCell};
+  CellShares::Zone zone{CellId::none, CellId::none, CellId::none, CellId::none};
   std::size_t count = 0;
   for (int corner = 0; corner < 3; ++corner) {
     for (const Share& share : shares[face[corner]]) {
       const auto end = zone.begin() + static_cast<std::ptrdiff_t>(count);
-      if (std::find(zone.begin(), end, share.cell) == end) zone.at(count++) = share.cell;
+      if (std::find(zone.begin(), end, share.cell) == end) zone.at(count++) = CellId{share.cell};
     }
   }
   std::sort(zone.begin(), zone.end());
@@ -296,7 +296,7 @@ void limit_cells(const Surface& surface, VertexShares& shares) {
 CellShares own_cells(const Cells& cells) {
   CellShares shares;
   for (std::uint32_t cell = 0; cell < cells.cells.size(); ++cell) {
-    shares.zones.push_back({cell, kNoCell, kNoCell, kNoCell});
+    shares.zones.push_back({CellId{cell}, CellId::none, CellId::none, CellId::none});
   }
   shares.zone_of_face = cells.cell_of_face;
   const glm::vec4 all(1, 0, 0, 0);
@@ -315,22 +315,22 @@ glm::vec4 in_order_of(const CellShares::Zone& zone, const std::vector<Share>& sh
 
 // A zone and the zone whose cells stand for its own, with their positions there.
 struct JoinedZone {
-  CellShares::Zone zone{kNoCell, kNoCell, kNoCell, kNoCell};
+  CellShares::Zone zone{CellId::none, CellId::none, CellId::none, CellId::none};
   std::array<int, kCellsPerZone> place{};
 };
 
 JoinedZone joined_zone(const CellShares::Zone& zone, std::span<const std::uint32_t> stands_for) {
-  std::set<std::uint32_t> cells;
-  for (const std::uint32_t cell : zone) {
-    if (cell == kNoCell) continue;
+  std::set<CellId> cells;
+  for (const CellId cell : zone) {
+    if (cell == CellId::none) continue;
     if (cell >= stands_for.size())
       throw std::invalid_argument("cell shares: no cell stands for " + std::to_string(cell));
-    cells.insert(stands_for[cell]);
+    cells.emplace(stands_for[cell]);
   }
   JoinedZone result;
   std::copy(cells.begin(), cells.end(), result.zone.begin());
-  for (std::size_t i = 0; i < kCellsPerZone && zone.at(i) != kNoCell; ++i) {
-    result.place.at(i) = static_cast<int>(std::distance(cells.begin(), cells.find(stands_for[zone.at(i)])));
+  for (std::size_t i = 0; i < kCellsPerZone && zone.at(i) != CellId::none; ++i) {
+    result.place.at(i) = static_cast<int>(std::distance(cells.begin(), cells.find(CellId{stands_for[zone.at(i)]})));
   }
   return result;
 }

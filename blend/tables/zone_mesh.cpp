@@ -18,12 +18,12 @@ constexpr std::uint32_t kNone = 0xFFFFFFFF;
 constexpr std::uint32_t kFirstCellBit = 28;
 
 bool of_one_cell(const CellShares::Zone& cells) {
-  return cells[1] == kNoCell;
+  return cells[1] == CellId::none;
 }
 
 // Returns the first shader in kCellsOfShader that takes that many cells.
 std::size_t shader_of(const CellShares::Zone& cells) {
-  const auto count = static_cast<std::size_t>(std::find(cells.begin(), cells.end(), kNoCell) - cells.begin());
+  const auto count = static_cast<std::size_t>(std::find(cells.begin(), cells.end(), CellId::none) - cells.begin());
   std::size_t shader = 0;
   while (kCellsOfShader.at(shader) < count) ++shader;
   return shader;
@@ -56,7 +56,7 @@ std::vector<std::uint32_t> zones_of_faces(const std::vector<std::uint32_t>& cell
 void merge_references(const CellShares::Zone& cells, const ReferenceTable& references,
                       std::vector<std::uint32_t>& merged) {
   const std::size_t first = merged.size();
-  for (std::size_t i = 0; i < cells.size() && cells.at(i) != kNoCell; ++i) {
+  for (std::size_t i = 0; i < cells.size() && cells.at(i) != CellId::none; ++i) {
     for (const std::uint32_t slot : references.of_cell(cells.at(i))) {
       const auto begin = merged.begin() + static_cast<std::ptrdiff_t>(first);
       const auto found = std::find_if(begin, merged.end(), [&](std::uint32_t entry) { return slot_of(entry) == slot; });

@@ -9,8 +9,8 @@
 
 namespace lumatlas {
 
-// The middle value, of an even number the larger of the two. Reorders the values, of which there must be one, and none
-// of them NaN.
+// Returns the middle value, or the larger of the two middle values if their number is even. Reorders the values. There
+// must be at least one, and none may be NaN.
 template <typename Number>
 [[nodiscard]] Number upper_median(std::vector<Number>& values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
@@ -18,7 +18,7 @@ template <typename Number>
   return *middle;
 }
 
-// The same, but of an even number the mean of the two.
+// Returns the same, but the mean of the two middle values if their number is even.
 [[nodiscard]] inline double median(std::vector<double>& values) {
   const double upper = upper_median(values);
   if (values.size() % 2 == 1) return upper;
@@ -26,7 +26,8 @@ template <typename Number>
          (upper + *std::max_element(values.begin(), values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2)));
 }
 
-// The value that a share, in [0, 1], of the values is below; 0.5: the upper median. NaN if there are none.
+// Returns the value below which the given share, in [0, 1], of the values lies; 0.5 gives the upper median. NaN without
+// values.
 [[nodiscard]] inline double percentile(std::vector<double> values, double share) {
   if (values.empty()) return std::numeric_limits<double>::quiet_NaN();
   const std::size_t rank =

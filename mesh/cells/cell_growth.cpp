@@ -47,7 +47,7 @@ void check_before(const Mesh& mesh, const Cells& cells) {
   }
 }
 
-void check_previous(const Mesh& mesh_before, const Mesh& mesh, std::span<const std::uint32_t> previous_face) {
+void check_previous(const Mesh& mesh_before, const Mesh& mesh, std::span<const FaceId> previous_face) {
   if (previous_face.size() != mesh.faces.size()) {
     refuse("previous_face has " + std::to_string(previous_face.size()) + " entries, must have one per face, " +
            std::to_string(mesh.faces.size()));
@@ -55,7 +55,7 @@ void check_previous(const Mesh& mesh_before, const Mesh& mesh, std::span<const s
   std::vector<std::uint8_t> named(mesh_before.faces.size(), 0);
   for (std::size_t face = 0; face < previous_face.size(); ++face) {
     const std::uint32_t previous = previous_face[face];
-    if (previous == kNoFace) continue;
+    if (previous == FaceId::none) continue;
     const auto refuse_entry = [&](const std::string& rule) {
       refuse("previous_face[" + std::to_string(face) + "] is " + std::to_string(previous) + ", must " + rule);
     };
@@ -76,7 +76,7 @@ void check_size(const Cells& before, const CellOptions& options) {
 
 // These faces of a mesh, in their order, with the vertices that they use.
 Mesh part_of(const Mesh& mesh, std::span<const std::uint32_t> faces) {
-  constexpr std::uint32_t kUnused = kNoFace;
+  constexpr std::uint32_t kUnused = ~0u;
   std::vector<std::uint32_t> number_of(mesh.positions.size(), kUnused);
   Mesh part;
   part.faces.reserve(faces.size());
@@ -131,13 +131,13 @@ void join_small(const Mesh& mesh, double size, std::span<const std::uint32_t> ad
 }
 
 // Which cell before each face belongs to, or a label from the number of cells before on for those of a new one.
-std::vector<std::uint32_t> grown_clusters(const Cells& before, const Mesh& mesh,
-                                          std::span<const std::uint32_t> previous_face, double normal_weight) {
+std::vector<std::uint32_t> grown_clusters(const Cells& before, const Mesh& mesh, std::span<const FaceId> previous_face,
+                                          double normal_weight) {
   const auto first_new = static_cast<std::uint32_t>(before.cells.size());
   std::vector<std::uint32_t> labels(mesh.faces.size());
   std::vector<std::uint32_t> added;
   for (std::uint32_t face = 0; face < mesh.faces.size(); ++face) {
-    if (previous_face[face] == kNoFace) {
+    if (previous_face[face] == FaceId::none) {
       added.push_back(face);
     } else {
       labels[face] = before.cell_of_face[previous_face[face]];
@@ -159,12 +159,13 @@ std::vector<std::uint32_t> grown_grid(const Mesh& mesh_before, const Cells& befo
   for (const glm::uvec3& face : mesh.faces) both.faces.push_back(face + shift);
   const std::vector<std::uint32_t> cubes = grid_labels(both, before.size);
 
-  std::vector<std::uint32_t> cell_of_cube(std::size_t{*std::max_element(cubes.begin(), cubes.end())} + 1, kNoCell);
-  std::vector<std::uint32_t> cube_of_cell(before.cells.size(), kNoCell);
+  constexpr std::uint32_t kNoCube = ~0u;
+  std::vector<CellId> cell_of_cube(std::size_t{*std::max_element(cubes.begin(), cubes.end())} + 1, CellId::none);
+  std::vector<std::uint32_t> cube_of_cell(before.cells.size(), kNoCube);
   for (std::size_t face = 0; face < mesh_before.faces.size(); ++face) {
     const std::uint32_t cell = before.cell_of_face[face];
-    if (cell_of_cube[cubes[face]] == kNoCell) cell_of_cube[cubes[face]] = cell;
-    if (cube_of_cell[cell] == kNoCell) cube_of_cell[cell] = cubes[face];
+    if (cell_of_cube[cubes[face]] == CellId::none) cell_of_cube[cubes[face]] = CellId{cell};
+    if (cube_of_cell[cell] == kNoCube) cube_of_cell[cell] = cubes[face];
     if (cell_of_cube[cubes[face]] == cell && cube_of_cell[cell] == cubes[face]) continue;
     refuse("cell " + std::to_string(cell) + " before is not the faces in one cube of size " + text(before.size) +
            ", must be for a grid");
@@ -172,27 +173,27 @@ std::vector<std::uint32_t> grown_grid(const Mesh& mesh_before, const Cells& befo
   std::vector<std::uint32_t> labels(cubes.begin() + static_cast<std::ptrdiff_t>(mesh_before.faces.size()), cubes.end());
   for (std::uint32_t& label : labels) {
     const std::uint32_t cell = cell_of_cube[label];
-    label = cell != kNoCell ? cell : static_cast<std::uint32_t>(before.cells.size()) + label;
+    label = cell != CellId::none ? cell : static_cast<std::uint32_t>(before.cells.size()) + label;
   }
   return labels;
 }
 
 // Numbers the labels in place in the order that CellGrowth promises, and returns its previous_cell.
-std::vector<std::uint32_t> number_old_first(std::vector<std::uint32_t>& labels, std::size_t cells_before) {
+std::vector<CellId> number_old_first(std::vector<std::uint32_t>& labels, std::size_t cells_before) {
   const std::size_t largest = *std::max_element(labels.begin(), labels.end());
   std::vector<std::uint8_t> occurs(std::max(largest + 1, cells_before), 0);
   for (const std::uint32_t label : labels) occurs[label] = 1;
-  std::vector<std::uint32_t> number_of(occurs.size(), kNoCell);
-  std::vector<std::uint32_t> previous_cell;
+  std::vector<std::uint32_t> number_of(occurs.size(), CellId::none);
+  std::vector<CellId> previous_cell;
   for (std::uint32_t cell = 0; cell < cells_before; ++cell) {
     if (!occurs[cell]) continue;
     number_of[cell] = static_cast<std::uint32_t>(previous_cell.size());
-    previous_cell.push_back(cell);
+    previous_cell.emplace_back(cell);
   }
   for (std::uint32_t& label : labels) {
-    if (number_of[label] == kNoCell) {
+    if (number_of[label] == CellId::none) {
       number_of[label] = static_cast<std::uint32_t>(previous_cell.size());
-      previous_cell.push_back(kNoCell);
+      previous_cell.push_back(CellId::none);
     }
     label = number_of[label];
   }
@@ -201,11 +202,11 @@ std::vector<std::uint32_t> number_old_first(std::vector<std::uint32_t>& labels, 
 
 // Returns for each cell how many of its faces it had before, at the same place.
 std::vector<std::uint32_t> faces_as_before(const Mesh& mesh_before, const Cells& before, const Mesh& mesh,
-                                           std::span<const std::uint32_t> previous_face, const CellGrowth& growth) {
+                                           std::span<const FaceId> previous_face, const CellGrowth& growth) {
   std::vector<std::uint32_t> faces(growth.cells.cells.size(), 0);
   for (std::uint32_t face = 0; face < mesh.faces.size(); ++face) {
     const std::uint32_t previous = previous_face[face];
-    if (previous == kNoFace) continue;
+    if (previous == FaceId::none) continue;
     const std::uint32_t cell = growth.cells.cell_of_face[face];
     faces[cell] += before.cell_of_face[previous] == growth.previous_cell[cell] &&
                    face_corners(mesh_before, previous) == face_corners(mesh, face);
@@ -216,7 +217,7 @@ std::vector<std::uint32_t> faces_as_before(const Mesh& mesh_before, const Cells&
 }  // namespace
 
 CellGrowth grow_cells(const Mesh& mesh_before, const Cells& before, const Mesh& mesh,
-                      std::span<const std::uint32_t> previous_face, const CellOptions& options) {
+                      std::span<const FaceId> previous_face, const CellOptions& options) {
   check(options);
   check(mesh_before);
   check(mesh);
@@ -226,7 +227,7 @@ CellGrowth grow_cells(const Mesh& mesh_before, const Cells& before, const Mesh& 
   CellGrowth growth;
   if (before.cells.empty()) {
     growth.cells = make_cells(mesh, options);
-    growth.previous_cell.assign(growth.cells.cells.size(), kNoCell);
+    growth.previous_cell.assign(growth.cells.cells.size(), CellId::none);
     growth.changed.assign(growth.cells.cells.size(), 1);
     return growth;
   }
@@ -240,7 +241,7 @@ CellGrowth grow_cells(const Mesh& mesh_before, const Cells& before, const Mesh& 
   growth.changed.assign(kept.size(), 1);
   for (std::size_t cell = 0; cell < kept.size(); ++cell) {
     const std::uint32_t previous = growth.previous_cell[cell];
-    if (previous == kNoCell || kept[cell] != before.cells[previous].faces) continue;
+    if (previous == CellId::none || kept[cell] != before.cells[previous].faces) continue;
     if (kept[cell] != growth.cells.cells[cell].faces) continue;
     growth.changed[cell] = 0;
     growth.cells.cells[cell] = before.cells[previous];  // in another order its faces may add up otherwise

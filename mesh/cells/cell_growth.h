@@ -7,26 +7,26 @@
 #include <span>
 #include <vector>
 
+#include "mesh/base/id.h"
 #include "mesh/cells/cells.h"
 #include "mesh/mesh.h"
-#include "mesh/visibility/visibility.h"  // kNoFace, kNoCell
 
 namespace lumatlas {
 
-// For each face of `mesh`, the face of `before` at the same place: its three corners have the same coordinates, to the
-// bit, and the same turn. kNoFace where there is none. The order of faces and vertices, and which corner comes first,
-// do not matter. Faces at one place are matched one to one, in their order. Coordinates may be anything, also not
-// finite. Throws std::invalid_argument for a face that refers to no vertex.
-[[nodiscard]] std::vector<std::uint32_t> match_faces(const Mesh& before, const Mesh& mesh);
+// Returns for each face of `mesh` the face of `before` at the same place, or FaceId::none: the three corners of both
+// have the same coordinates, to the bit, and the same turn. The order of faces and vertices, and which corner comes
+// first, do not matter. Faces at one place are matched one to one, in their order. Coordinates may be anything, also
+// not finite. Throws std::invalid_argument for a face that refers to no vertex.
+[[nodiscard]] std::vector<FaceId> match_faces(const Mesh& before, const Mesh& mesh);
 
 struct CellGrowth {
   Cells cells;
-  std::vector<std::uint32_t> previous_cell;  // for each cell its number before, ascending; kNoCell: it is new
+  std::vector<CellId> previous_cell;  // for each cell its number before, ascending; CellId::none: it is new
   std::vector<std::uint8_t> changed;  // one per cell: 1 if it is new, gained or lost faces, or has one that moved
 };
 
 // Returns the cells of `mesh`, which `mesh_before` with the cells `before` has become. `previous_face` says for each
-// face which one it was, wherever its corners were then, or kNoFace for one that is new: see match_faces().
+// face which one it was, wherever its corners were then, or FaceId::none for one that is new: see match_faces().
 //
 // Clusters: a face stays in the cell that it was in. New faces form cells among themselves, as make_cells() forms them;
 // those much smaller than the target join a neighbour, old or new, that they fit, and an old cell as small takes one of
@@ -46,6 +46,6 @@ struct CellGrowth {
 // was not there or names one twice; if `before` is not of `mesh_before`; and if the partition is a grid and the cells
 // before are not its cubes.
 [[nodiscard]] CellGrowth grow_cells(const Mesh& mesh_before, const Cells& before, const Mesh& mesh,
-                                    std::span<const std::uint32_t> previous_face, const CellOptions& options);
+                                    std::span<const FaceId> previous_face, const CellOptions& options);
 
 }  // namespace lumatlas

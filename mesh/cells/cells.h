@@ -52,9 +52,10 @@ struct SceneExtent {
   double diameter = 0;  // length of the core's diagonal; > 0 for a mesh with area
 };
 
-// Stray triangles far away do not count, for they have little area. Stray vertices do not count either; their faces may
-// have more area than the scene. Such faces are more than a hundred times as high as their shortest edge is long, or
-// lie between two vertices that have no other faces. They are left out if they make the box more than twice as large.
+// Finds where the bulk of a mesh lies. Stray triangles far away do not count, because they have little area. Stray
+// vertices do not count either, although their faces may have more area than the scene: faces that are more than a
+// hundred times as high as their shortest edge is long, or that lie between two vertices without other faces, are left
+// out if they make the box more than twice as large.
 [[nodiscard]] SceneExtent scene_extent(const Mesh& mesh);
 [[nodiscard]] double scene_diameter(const Mesh& mesh);  // the diameter of scene_extent()
 
@@ -62,9 +63,9 @@ struct SceneExtent {
 // finds 1/100 to 1/30 of the scene). 0 for a mesh without area.
 [[nodiscard]] double automatic_cell_size(const Mesh& mesh);
 
-// The same surface with every edge at most `max_edge` long: longer ones are halved, longest first, colours
-// interpolated. A manifold mesh stays manifold; where the mesh is not, no crack opens. The faces' first corners and
-// their order stay where nothing is long; new faces come last.
+// Returns the same surface with every edge at most `max_edge` long: longer edges are halved, longest first, and colours
+// are interpolated. A manifold mesh stays manifold; where the mesh is not, no crack opens. Faces without a long
+// edge keep their first corner and their order; new faces come last.
 //
 // An edge between needles (faces more than twenty times as long as high) is not split if it is longer than a thousand
 // times `max_edge`, like those at a stray vertex, or once one million such edges have been halved. Otherwise a large
@@ -75,16 +76,16 @@ struct SceneExtent {
 // the machine's memory holds, at 400 bytes a face.
 [[nodiscard]] Mesh split_large_faces(const Mesh& mesh, double max_edge, const Tick& tick = {});
 
-// Deterministic: the same bytes for any number of threads. The mesh's faces should be no larger than a cell
-// (split_large_faces with the options' size). Cells are numbered by their first face. A cluster is connected over
-// manifold edges: where more than two faces meet at an edge, or two that turn against each other, it ends. One much
-// smaller than the target is left only where it fits no neighbour. Throws std::invalid_argument for bad options, if the
+// Returns the cells of a mesh, numbered by their first face, the same bytes for any number of threads. The mesh's faces
+// should be no larger than a cell (split_large_faces with the options' size). A cluster is connected over manifold
+// edges: it ends at an edge where more than two faces meet, or two that turn against each other. A cluster much smaller
+// than the target remains only if it fits no neighbour. Throws std::invalid_argument for bad options, if the
 // mesh breaks a rule of mesh.h, or if the size is automatic and the faces have no area.
 [[nodiscard]] Cells make_cells(const Mesh& mesh, const CellOptions& options, const Tick& tick = {});
 
-// The cells of a partition that is known already: statistics of each, by its number in `cell_of_face`. `size` is passed
-// on. Throws std::invalid_argument if the mesh breaks a rule of mesh.h, unless `cell_of_face` has one entry per face
-// and numbers the cells from 0 without gaps, and unless `size` is finite and not negative.
+// Returns the cells of a partition that is known already, with their statistics; `cell_of_face` numbers them. `size` is
+// passed on. Throws std::invalid_argument if the mesh breaks a rule of mesh.h, unless `cell_of_face` has one entry per
+// face and numbers the cells from 0 without gaps, and unless `size` is finite and not negative.
 [[nodiscard]] Cells measure_cells(const Mesh& mesh, std::vector<std::uint32_t> cell_of_face, double size);
 
 }  // namespace lumatlas

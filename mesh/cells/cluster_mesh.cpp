@@ -46,10 +46,10 @@ void ClusterMesh::find_neighbors(const Mesh& mesh) {
   connect(mesh, connectivity);
   for_each_face(neighbors_.size(), [&](std::size_t face) {
     auto halfedge = connectivity.halfedge_handle(OpenMesh::FaceHandle(static_cast<int>(face)));
-    for (std::uint32_t& neighbor : neighbors_[face]) {
+    for (FaceId& neighbor : neighbors_[face]) {
       halfedge = connectivity.next_halfedge_handle(halfedge);
       const auto across = connectivity.face_handle(connectivity.opposite_halfedge_handle(halfedge));
-      neighbor = across.is_valid() ? static_cast<std::uint32_t>(across.idx()) : kNoFace;
+      neighbor = across.is_valid() ? FaceId{static_cast<std::uint32_t>(across.idx())} : FaceId::none;
     }
   });
 }

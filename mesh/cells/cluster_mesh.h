@@ -10,9 +10,9 @@
 #include <span>
 #include <vector>
 
+#include "mesh/base/id.h"
 #include "mesh/face_geometry.h"
 #include "mesh/mesh.h"
-#include "mesh/visibility/visibility.h"  // kNoFace
 
 namespace lumatlas {
 
@@ -40,8 +40,8 @@ class ClusterMesh {
   // first corner to its second. Edges that are not manifold are boundaries (halfedge_mesh.h).
   template <typename Visit>
   void for_each_neighbor(std::uint32_t face, const Visit& visit) const {
-    for (const std::uint32_t neighbor : neighbors_[face]) {
-      if (neighbor != kNoFace) visit(neighbor);
+    for (const FaceId neighbor : neighbors_[face]) {
+      if (neighbor != FaceId::none) visit(neighbor);
     }
   }
 
@@ -52,9 +52,9 @@ class ClusterMesh {
   void find_neighbors(const Mesh& mesh);
   void smooth_normals(double radius);
 
-  // Across each edge of a face, kNoFace at a boundary. Read once from OpenMesh's opposite halfedges, because growing
-  // visits every face several times and a walk over halfedges waits for memory at every step.
-  std::vector<std::array<std::uint32_t, 3>> neighbors_;
+  // The face across each edge of a face; FaceId::none at a boundary. Read once from OpenMesh's opposite halfedges,
+  // because growing visits every face several times and a walk over halfedges waits for memory at every step.
+  std::vector<std::array<FaceId, 3>> neighbors_;
   std::vector<ClusterFace> faces_;
 };
 

@@ -11,16 +11,16 @@ namespace lumatlas {
 
 struct ClosedHoles {
   Mesh mesh;                // with the same vertices; new faces come last
-  std::uint64_t holes = 0;  // that were closed
-  std::uint64_t faces = 0;  // that they were closed with
+  std::uint64_t holes = 0;  // how many holes were closed
+  std::uint64_t faces = 0;  // how many faces closed them
 };
 
-// Closes a hole, a boundary loop, if its box has a diagonal of at most `largest`, scene units, and of less than half of
-// the diagonal of its component's box: what is as large as that is the component's own rim. A hole that cannot be
-// closed with faces that have an area, and without a third face at an edge, stays. The patch is minimal in the largest
-// angle between neighbouring faces, then in area. Up to 250 edges all faces are tried, up to 3000 those of a Delaunay
-// triangulation. A hole without such a patch is filled as it is seen along the axis in which it is largest. Throws
-// std::invalid_argument unless `largest` is finite and not negative and the mesh passes check(); boundary that
+// Closes the holes, which are boundary loops, whose box has a diagonal of at most `largest`, scene units. A loop whose
+// diagonal is at least half of that of its component's box counts as the component's rim and stays open. A hole that
+// cannot be closed with faces that have an area, and without a third face at an edge, stays. The patch is minimal in
+// the largest angle between neighbouring faces, then in area. Up to 250 edges all faces are tried, up to 3000 those of
+// a Delaunay triangulation. A hole without such a patch is filled as it is seen along the axis in which it is largest.
+// Throws std::invalid_argument unless `largest` is finite and not negative and the mesh passes check(); boundary that
 // branches, as no mesh of repair() has it, is left alone. `tick` is called for each hole, and often while one is
 // filled.
 [[nodiscard]] ClosedHoles close_holes(const Mesh& mesh, double largest, const Tick& tick = {});

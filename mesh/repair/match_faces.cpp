@@ -32,16 +32,16 @@ std::vector<PlacedFace> sorted_by_place(const Mesh& mesh) {
 
 }  // namespace
 
-std::vector<std::uint32_t> match_faces(const Mesh& before, const Mesh& mesh) {
+std::vector<FaceId> match_faces(const Mesh& before, const Mesh& mesh) {
   check_faces(before);
   check_faces(mesh);
   const std::vector<PlacedFace> old_faces = sorted_by_place(before);
-  std::vector<std::uint32_t> matches(mesh.faces.size(), kNoFace);
+  std::vector<FaceId> matches(mesh.faces.size(), FaceId::none);
   auto old_face = old_faces.begin();
   for (const PlacedFace& placed : sorted_by_place(mesh)) {
     while (old_face != old_faces.end() && old_face->corners < placed.corners) ++old_face;
     if (old_face == old_faces.end()) break;
-    if (old_face->corners == placed.corners) matches[placed.face] = (old_face++)->face;
+    if (old_face->corners == placed.corners) matches[placed.face] = FaceId{(old_face++)->face};
   }
   return matches;
 }

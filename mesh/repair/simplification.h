@@ -13,19 +13,20 @@
 namespace lumatlas {
 
 struct SimplificationBound {
-  double distance = std::numeric_limits<double>::infinity();  // that the surface may move, scene units, >= 0
-  std::size_t faces = 0;                                      // at which to stop, even if the distance allows fewer
+  double distance = std::numeric_limits<double>::infinity();  // by which the surface may move, scene units, >= 0
+  std::size_t faces = 0;                                      // faces to keep, even if the distance allows fewer
 };
 
 struct SimplifiedMesh {
   Mesh mesh;
-  double distance = 0;  // that the surface moved, scene units, as the quadrics estimate it
+  double distance = 0;  // by which the surface moved, scene units, as the quadrics estimate it
 };
 
 // Collapses the edge that moves the surface least, one after the other, until `bound` is reached. Vertices that are
 // left keep their place and colour; boundaries keep their course within the distance. The result is manifold and the
-// same for any number of threads. What moves nowhere is the mesh itself, with its order of vertices and faces. Throws
-// std::invalid_argument if the mesh breaks a rule of mesh.h, or the distance is negative or no number.
+// same for any number of threads. If nothing is collapsed, the result is the mesh itself, with its order of vertices
+// and faces. Throws std::invalid_argument if the mesh breaks a rule of mesh.h, or the distance is negative or no
+// number.
 [[nodiscard]] SimplifiedMesh simplified(const Mesh& mesh, const SimplificationBound& bound);
 
 // Returns the size of a pixel on the surface where cameras come near, scene units. For each vertex this is the least

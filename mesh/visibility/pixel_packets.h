@@ -30,7 +30,7 @@ class PixelPackets {
   void add(std::uint32_t x, std::uint32_t y) {
     const std::size_t pixel = std::size_t{y} * buffer_.width + x;
     buffer_.depth[pixel] = std::numeric_limits<float>::infinity();
-    buffer_.face[pixel] = kNoFace;
+    buffer_.face[pixel] = FaceId::none;
     // Not unit but one deep, so that the hit's distance along it is its depth.
     const glm::vec3 direction(camera_.ray({left_ + x + 0.5, top_ + y + 0.5}));
     // A ray of a camera at the end of the universe, or with a vanishing focal length, sees nothing.
@@ -46,7 +46,7 @@ class PixelPackets {
     for (std::uint32_t i = 0; i < rays_; ++i) {
       if (packet_.hits.hit.geomID[i] == RTC_INVALID_GEOMETRY_ID) continue;
       buffer_.depth[pixels_[i]] = packet_.hits.ray.tfar[i];
-      buffer_.face[pixels_[i]] = packet_.hits.hit.primID[i];
+      buffer_.face[pixels_[i]] = FaceId{packet_.hits.hit.primID[i]};
     }
     packet_ = {};
     rays_ = 0;

@@ -95,7 +95,7 @@ class RayVisibility::Tree {
     each_pixel([&](std::uint32_t, std::uint32_t, std::size_t pixel) {
       if (wanted[pixel] != 0) return;
       buffer.depth[pixel] = std::numeric_limits<float>::infinity();
-      buffer.face[pixel] = kNoFace;
+      buffer.face[pixel] = FaceId::none;
     });
   }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Visibility by ray casting, for those who need only a part of a picture.
+// Visibility by ray casting, for callers that need only a part of a picture.
 #pragma once
 
 #include <cstdint>

@@ -174,13 +174,13 @@ void trace_sparsely(const Camera& camera, const PixelRect& window, RTCScene scen
   constexpr float kNothing = std::numeric_limits<float>::infinity();
   if (!wanted.empty()) {
     std::fill(buffer.depth.begin(), buffer.depth.end(), kNothing);
-    std::fill(buffer.face.begin(), buffer.face.end(), kNoFace);
+    std::fill(buffer.face.begin(), buffer.face.end(), FaceId::none);
   }
   SparseRays(camera, window, scene, wanted, buffer).trace();
   for (std::size_t pixel = 0; pixel < wanted.size(); ++pixel) {
     if (wanted[pixel] != 0) continue;
     buffer.depth[pixel] = kNothing;
-    buffer.face[pixel] = kNoFace;
+    buffer.face[pixel] = FaceId::none;
   }
 }
 

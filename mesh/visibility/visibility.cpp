@@ -25,7 +25,7 @@ VisibilityBuffer Visibility::trace_sparsely(const Camera& camera) const {
 std::vector<CellPixels> count_cell_pixels(const VisibilityBuffer& buffer, const Cells& cells) {
   std::vector<std::uint32_t> pixels_of_cell(cells.cells.size(), 0);
   for (const std::uint32_t face : buffer.face) {
-    if (face == kNoFace) continue;
+    if (face == FaceId::none) continue;
     if (face >= cells.cell_of_face.size()) {
       throw std::invalid_argument("visibility: the buffer shows face " + std::to_string(face) +
                                   ", must be below the number of faces in cells, " +

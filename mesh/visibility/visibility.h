@@ -3,28 +3,25 @@
 #pragma once
 
 #include <cstdint>
-#include <limits>
 #include <memory>
 #include <vector>
 
+#include "mesh/base/id.h"
 #include "mesh/camera.h"
 #include "mesh/cells/cells.h"
 #include "mesh/mesh.h"
 
 namespace lumatlas {
 
-inline constexpr std::uint32_t kNoFace = std::numeric_limits<std::uint32_t>::max();
-inline constexpr std::uint32_t kNoCell = std::numeric_limits<std::uint32_t>::max();
-
 // Row by row from the top left, sampled at pixel centres.
 struct VisibilityBuffer {
   std::uint32_t width = 0;
   std::uint32_t height = 0;
-  std::vector<float> depth;         // z in the camera frame; infinity where no surface is
-  std::vector<std::uint32_t> face;  // kNoFace where no surface is
+  std::vector<float> depth;  // z in the camera frame; infinity where no surface is
+  std::vector<FaceId> face;  // FaceId::none where no surface is
 };
 
-// One interface for every way to find the visible surface; the implementations must agree away from silhouettes.
+// Finds the visible surface. All implementations agree, except at silhouettes.
 // Faces are seen from both sides. Safe to call from several threads at once.
 class Visibility {
  public:
@@ -33,9 +30,9 @@ class Visibility {
   // std::invalid_argument for a bad camera (camera.h).
   virtual void trace(const Camera& camera, VisibilityBuffer& buffer) const = 0;
   [[nodiscard]] VisibilityBuffer trace(const Camera& camera) const;
-  // Nearly the same, for less time where an implementation has a way to. Where the surface is smooth, a pixel's depth
-  // may be interpolated, which is within 3e-4 of it at 99 of 100 pixels, its face may be a neighbouring pixel's, and
-  // something thinner than two pixels may be missed.
+  // Does nearly the same in less time, if the implementation can. Where the surface is smooth, a pixel's depth may be
+  // interpolated, which is within 3e-4 of the exact one at 99 of 100 pixels, and its face may be a neighbouring
+  // pixel's. A part of the surface thinner than two pixels may be missed.
   virtual void trace_sparsely(const Camera& camera, VisibilityBuffer& buffer) const;
   [[nodiscard]] VisibilityBuffer trace_sparsely(const Camera& camera) const;
 };
@@ -49,8 +46,8 @@ struct CellPixels {
   std::uint32_t pixels;  // >= 1
 };
 
-// The pixels that each visible cell has in the buffer, by ascending cell. Throws std::invalid_argument if the buffer
-// shows a face that `cells` does not know, or a face is in no cell.
+// Returns how many pixels each visible cell has in the buffer, by ascending cell. Throws std::invalid_argument if the
+// buffer shows a face that `cells` does not know, or a face is in no cell.
 [[nodiscard]] std::vector<CellPixels> count_cell_pixels(const VisibilityBuffer& buffer, const Cells& cells);
 
 }  // namespace lumatlas

@@ -121,17 +121,17 @@ ReferenceService CellCoverage::reference_service(std::uint32_t cell) const {
   return do_reference_service(cell);
 }
 
-void CellCoverage::follow(const Surface& surface, std::span<const std::uint32_t> previous_cell) {
+void CellCoverage::follow(const Surface& surface, std::span<const CellId> previous_cell) {
   cell_coverage_requires.has_size(previous_cell.size(), surface.cells.cells.size(), "previous_cell",
                                   "the number of cells");
   for (const std::uint32_t previous : previous_cell) {
-    if (previous != kNoCell)
+    if (previous != CellId::none)
       cell_coverage_requires.is_below(previous, cells(), "previous_cell", "the number of old cells");
   }
   do_follow(surface, previous_cell);
   std::vector<std::uint32_t> slots_of(previous_cell.size(), 0);
   for (std::size_t cell = 0; cell < slots_of.size(); ++cell) {
-    if (previous_cell[cell] != kNoCell) slots_of[cell] = slots_of_[previous_cell[cell]];
+    if (previous_cell[cell] != CellId::none) slots_of[cell] = slots_of_[previous_cell[cell]];
   }
   slots_of_ = std::move(slots_of);
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// How well the stored views cover each cell, kept up as views come and go. One interface for the measures that can be
-// planned by: the paper's (paper_coverage.h) and the submodular one (direction_coverage.h).
+// Measures how well the stored views cover each cell, and follows as views come and go. One interface for both measures
+// of planning: the paper's (paper_coverage.h) and the submodular one (direction_coverage.h).
 #pragma once
 
 #include <cstddef>
@@ -72,16 +72,16 @@ class CellCoverage {
   void erase(std::uint32_t cell, std::uint32_t slot);
   [[nodiscard]] std::vector<std::uint32_t> references(std::uint32_t cell) const;
 
-  // In which order the cell would give up references, each time the one that is missed least, down to as many as are
-  // blended. Here and below: nothing, by a measure that cannot say.
+  // Returns the order in which the cell would give up references, least loss first, down to as many as are blended.
+  // Here and below: empty for a measure that cannot tell.
   [[nodiscard]] std::vector<ReferenceLoss> reference_losses(std::uint32_t cell) const;
   // The views stay members, and one of them may be referenced again when another member leaves.
   void give_up(std::uint32_t cell, std::span<const std::uint32_t> slots);
   [[nodiscard]] ReferenceService reference_service(std::uint32_t cell) const;
 
-  // The geometry has changed: the new cell k takes over what is known of the old cell previous_cell[k] (kNoCell:
-  // empty). One entry for each cell of the surface, each an old cell or kNoCell.
-  void follow(const Surface& surface, std::span<const std::uint32_t> previous_cell);
+  // The geometry has changed: the new cell k takes over what is known of the old cell previous_cell[k] (CellId::none:
+  // empty). One entry for each cell of the surface, each an old cell or CellId::none.
+  void follow(const Surface& surface, std::span<const CellId> previous_cell);
 
  protected:
   // The options must pass check(), and the gain be finite and not negative.
@@ -109,7 +109,7 @@ class CellCoverage {
   [[nodiscard]] virtual std::vector<ReferenceLoss> do_reference_losses(std::uint32_t /*cell*/) const { return {}; }
   virtual void do_give_up(std::uint32_t /*cell*/, std::span<const std::uint32_t> /*slots*/) {}
   [[nodiscard]] virtual ReferenceService do_reference_service(std::uint32_t /*cell*/) const { return {}; }
-  virtual void do_follow(const Surface& surface, std::span<const std::uint32_t> previous_cell) = 0;
+  virtual void do_follow(const Surface& surface, std::span<const CellId> previous_cell) = 0;
 
   void require_list_by_slot(std::uint32_t cell, std::size_t size, const char* list) const;
 

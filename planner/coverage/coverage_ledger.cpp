@@ -195,12 +195,12 @@ void CoverageLedger::erase(std::uint32_t slot) {
   loss_[slot] = 0;
 }
 
-void CoverageLedger::follow(const Surface& surface, std::span<const std::uint32_t> previous_cell) {
+void CoverageLedger::follow(const Surface& surface, std::span<const CellId> previous_cell) {
   coverage_ledger_requires.has_size(previous_cell.size(), surface.cells.cells.size(), "previous_cell",
                                     "the number of cells");
   std::unordered_map<std::uint32_t, std::uint32_t> now;
   for (std::uint32_t cell = 0; cell < previous_cell.size(); ++cell) {
-    if (previous_cell[cell] != kNoCell) now.emplace(previous_cell[cell], cell);
+    if (previous_cell[cell] != CellId::none) now.emplace(previous_cell[cell], cell);
   }
   for (const std::vector<CellPart>& parts : parts_) {
     const auto lost =

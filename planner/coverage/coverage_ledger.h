@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Keeps account of what each stored view is worth: scov (Erat et al. 2019, section 3.2), every view's share in it, and
-// what it would be with another view. It is updated view by view and knows nothing of photographs, so the offline
-// planner and the tests use it as the online planner does.
+// Keeps account of the value of the stored views: scov (Erat et al. 2019, section 3.2), each view's share in it, and
+// scov with another view. It is updated view by view and holds no photographs, so the offline planner and the tests use
+// it as the online planner does.
 //
 // A decision costs what the cells cost that the view sees; storing or dropping a view, what the members of these cells
 // cost. Nothing depends on the length of the stream.
@@ -36,16 +36,16 @@ class CoverageLedger {
   // worth nothing.
   void ask(std::span<const CellPart> parts);
   void unask(std::span<const CellPart> parts);
-  // Returns what scov would be if the view's cells, and no others, were served as well as one can be.
+  // Returns the largest scov that the view's cells alone can have.
   [[nodiscard]] double weight(std::span<const CellPart> parts) const;
   [[nodiscard]] double weight(std::uint32_t cell) const { return coverage_->weight(cell); }  // the same of one cell
 
   // Returns by how much scov would rise with the view.
   [[nodiscard]] double gain(std::span<const CellPart> parts) const;
-  // The same for each slot in `victims`, if its view left first: less what is lost with it.
+  // Returns the same for each slot in `victims`, if its view left first, less the loss of that view.
   [[nodiscard]] std::vector<double> exchange_gains(std::span<const CellPart> parts,
                                                    std::span<const std::uint32_t> victims) const;
-  // The same for several that leave together, by definition.
+  // Returns the same for several views that leave together, computed by the definition.
   [[nodiscard]] double joint_exchange_gain(std::span<const CellPart> parts, std::span<const std::uint32_t> gone) const;
 
   // The slot must be free (std::logic_error).
@@ -68,10 +68,10 @@ class CoverageLedger {
   [[nodiscard]] std::span<const CellPart> parts(std::uint32_t slot) const { return parts_[slot]; }  // none: free
   [[nodiscard]] bool stored(std::uint32_t slot) const { return stored_[slot] != 0; }
 
-  // The geometry has changed and its cells are numbered anew, see CellCoverage::follow(); one entry for each
-  // (std::invalid_argument). No stored view may see an old
-  // cell that no new one takes over (std::logic_error): such views are erased before and inserted again after.
-  void follow(const Surface& surface, std::span<const std::uint32_t> previous_cell);
+  // Follows a change of the geometry that numbers the cells anew, see CellCoverage::follow(); one entry for each
+  // (std::invalid_argument). No stored view may see an old cell that no new one takes over (std::logic_error): the
+  // caller erases such views before and inserts them again after.
+  void follow(const Surface& surface, std::span<const CellId> previous_cell);
 
  private:
   struct Changes;
@@ -91,8 +91,8 @@ class CoverageLedger {
   double summed_coverage_ = 0;
 };
 
-// Returns the `count` of these slots, or all if they are fewer, without whose views scov would lose least; if they are
-// not all, the one that is missed least first.
+// Returns the `count` slots whose views scov would lose least without, least loss first. Returns all of them, in the
+// given order, if they are no more than `count`.
 [[nodiscard]] std::vector<std::uint32_t> missed_least(const CoverageLedger& ledger, std::vector<std::uint32_t> slots,
                                                       std::size_t count);
 

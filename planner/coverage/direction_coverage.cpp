@@ -108,7 +108,7 @@ float DirectionCoverage::positional(std::uint32_t cell, const Member& member) co
 
 DirectionCoverage::Member DirectionCoverage::member(std::uint32_t cell, std::uint32_t slot,
                                                     const Contribution& part) const {
-  Member member{slot,
+  Member member{ViewSlot{slot},
                 glm::vec3(frames_[cell].cell_from_world * part.direction),
                 static_cast<float>(part.distance),
                 static_cast<float>(part.cell_share),
@@ -202,7 +202,7 @@ double DirectionCoverage::gain_over(std::span<const Served> best, std::span<cons
     sum += gain;
     if (corrections.empty()) continue;
     std::copy(served.begin() + 1, served.end(), others.begin());
-    for (std::size_t j = 0; j < ranks && served[j].slot != kNoSlot; ++j) {
+    for (std::size_t j = 0; j < ranks && served[j].slot != ViewSlot::none; ++j) {
       // `others` is `served` without its j-th.
       corrections[served[j].slot] += scale * (rise(std::span(others).first(ranks), quality[s]) - gain);
       others[j] = served[j];
@@ -217,7 +217,7 @@ void DirectionCoverage::losses_of(std::span<const Served> best, double factor, s
     double loss = 0;  // if the j-th leaves, those behind it move up by one rank
     for (std::size_t j = rank_value_.size(); j-- > 0;) {
       loss += rank_value_[j] * (best[first + j].quality - best[first + j + 1].quality);
-      if (best[first + j].slot != kNoSlot) losses[best[first + j].slot] += factor * loss / options_.directions;
+      if (best[first + j].slot != ViewSlot::none) losses[best[first + j].slot] += factor * loss / options_.directions;
     }
   }
 }
@@ -225,7 +225,7 @@ void DirectionCoverage::losses_of(std::span<const Served> best, double factor, s
 double DirectionCoverage::do_gain(std::uint32_t cell, const Contribution& part, std::span<const std::uint8_t>,
                                   std::span<double> corrections) const {
   thread_local std::vector<float> quality;
-  qualities(cell, member(cell, kNoSlot, part), value_kernel_, quality);
+  qualities(cell, member(cell, ViewSlot::none, part), value_kernel_, quality);
   return gain_over(cells_[cell].best, quality, cells_[cell].weight, corrections);
 }
 
@@ -240,9 +240,9 @@ double DirectionCoverage::do_value_by_definition(std::uint32_t cell, std::span<c
   });
   if (newcomer) {
     std::vector<float> quality;
-    qualities(cell, member(cell, kNoSlot, *newcomer), value_kernel_, quality);
+    qualities(cell, member(cell, ViewSlot::none, *newcomer), value_kernel_, quality);
     for (std::size_t s = 0; s < quality.size(); ++s) {
-      admit(std::span(best).subspan(s * kept_, kept_), {quality[s], kNoSlot});
+      admit(std::span(best).subspan(s * kept_, kept_), {quality[s], ViewSlot::none});
     }
   }
   return cells_[cell].weight * value_of(best);
@@ -282,7 +282,7 @@ void DirectionCoverage::do_insert(std::uint32_t cell, std::uint32_t slot, const 
   std::vector<float> quality;
   qualities(cell, state.members.back(), value_kernel_, quality);
   for (std::size_t s = 0; s < quality.size(); ++s) {
-    admit(std::span(state.best).subspan(s * kept_, kept_), {quality[s], slot});
+    admit(std::span(state.best).subspan(s * kept_, kept_), {quality[s], ViewSlot{slot}});
   }
   state.value = value_of(state.best);
   reference_newest(cell);
@@ -411,7 +411,7 @@ std::vector<DirectionCoverage::Served> DirectionCoverage::best_for_cameras(
   std::vector<Served> best(qualities.front().size() * kept_);
   for (std::uint32_t i = 0; i < qualities.size(); ++i) {
     for (std::size_t c = 0; c < qualities[i].size(); ++c) {
-      admit(std::span(best).subspan(c * kept_, kept_), {qualities[i][c], i});
+      admit(std::span(best).subspan(c * kept_, kept_), {qualities[i][c], ViewSlot{i}});
     }
   }
   return best;
@@ -466,11 +466,11 @@ ReferenceService DirectionCoverage::do_reference_service(std::uint32_t cell) con
   return result;
 }
 
-void DirectionCoverage::do_follow(const Surface& surface, std::span<const std::uint32_t> previous_cell) {
+void DirectionCoverage::do_follow(const Surface& surface, std::span<const CellId> previous_cell) {
   std::vector<CellFrame> frames = cell_frames(surface);
   std::vector<State> cells(previous_cell.size(), empty_state());
   for (std::size_t cell = 0; cell < cells.size(); ++cell) {
-    if (previous_cell[cell] == kNoCell) continue;
+    if (previous_cell[cell] == CellId::none) continue;
     cells[cell] = std::move(cells_[previous_cell[cell]]);
     frames[cell] = frames_[previous_cell[cell]];  // the directions of its members are given in that frame
   }

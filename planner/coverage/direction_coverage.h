@@ -35,6 +35,7 @@
 #include <glm/mat3x3.hpp>
 #include <glm/vec3.hpp>
 
+#include "mesh/base/id.h"
 #include "planner/coverage/cell_coverage.h"
 #include "planner/coverage/cell_demand.h"
 
@@ -80,11 +81,11 @@ class DirectionCoverage final : public CellCoverage {
   [[nodiscard]] std::vector<ReferenceLoss> do_reference_losses(std::uint32_t cell) const override;
   void do_give_up(std::uint32_t cell, std::span<const std::uint32_t> slots) override;
   [[nodiscard]] ReferenceService do_reference_service(std::uint32_t cell) const override;
-  void do_follow(const Surface& surface, std::span<const std::uint32_t> previous_cell) override;
+  void do_follow(const Surface& surface, std::span<const CellId> previous_cell) override;
   [[nodiscard]] bool is_member(std::uint32_t cell, std::uint32_t slot) const override;
 
   struct Member {
-    std::uint32_t slot;
+    ViewSlot slot;
     glm::vec3 direction;  // in the cell's frame
     float distance, cell_share;
     float positional;  // at the cell's ideal distance
@@ -93,9 +94,8 @@ class DirectionCoverage final : public CellCoverage {
   };
   struct Served {
     float quality = 0;
-    std::uint32_t slot = kNoSlot;
+    ViewSlot slot;
   };
-  static constexpr std::uint32_t kNoSlot = ~0u;
   struct State {
     std::vector<Member> members;
     // The best K + 1 views of each novel direction, best first; empty until a view sees the cell.

@@ -64,7 +64,7 @@ VisibilityBuffer seen_nearby(const StoredView& view, const FaceLookup& faces, co
   check(camera);
   VisibilityBuffer seen{camera.width, camera.height, {}, {}};
   seen.depth.assign(std::size_t{camera.width} * camera.height, std::numeric_limits<float>::infinity());
-  seen.face.assign(seen.depth.size(), kNoFace);
+  seen.face.assign(seen.depth.size(), FaceId::none);
   const DepthImage image(view);
   const glm::dvec3 center = camera.center();
   const double to_width = static_cast<double>(view.camera.width) / camera.width;

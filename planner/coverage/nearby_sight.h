@@ -9,9 +9,9 @@
 
 namespace lumatlas {
 
-// `faces`: of the view's image. Depth is interpolated where the surface is smooth.
-// The camera must be within a few pixels of the view's: what only one of the two sees, beside an edge or at the image's
-// border, gets another surface's depth, or none. Throws std::invalid_argument for a bad camera (camera.h).
+// `faces`: of the view's image. Depth is interpolated where the surface is smooth. The camera must be within a few
+// pixels of the view's: surface that only one of the two sees, beside an edge or at the image's border, has another
+// surface's depth, or none. Throws std::invalid_argument for a bad camera (camera.h).
 [[nodiscard]] VisibilityBuffer seen_nearby(const StoredView& view, const FaceLookup& faces, const Camera& camera);
 
 }  // namespace lumatlas

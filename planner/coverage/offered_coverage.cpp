@@ -98,7 +98,7 @@ double OfferedCoverage::gap_without(const CoverageLedger& store, std::uint32_t s
   return sum.share();
 }
 
-void OfferedCoverage::follow(const Surface& surface, std::span<const std::uint32_t> previous_cell) {
+void OfferedCoverage::follow(const Surface& surface, std::span<const CellId> previous_cell) {
   all_.follow(surface, previous_cell);
   cells_ = previous_cell.size();
 }

@@ -38,7 +38,7 @@ class OfferedCoverage {
   [[nodiscard]] double gap_without(const CoverageLedger& store, std::uint32_t slot) const;
 
   // Like CoverageLedger::follow(). A cell that is new starts without the views that were offered before.
-  void follow(const Surface& surface, std::span<const std::uint32_t> previous_cell);
+  void follow(const Surface& surface, std::span<const CellId> previous_cell);
 
   // Views that are held of a cell, as numbers.
   [[nodiscard]] std::size_t held(std::uint32_t cell) const { return all_.member_count(cell); }

@@ -141,10 +141,10 @@ std::vector<std::uint32_t> PaperCoverage::do_references(std::uint32_t cell) cons
   return slots;
 }
 
-void PaperCoverage::do_follow(const Surface&, std::span<const std::uint32_t> previous_cell) {
+void PaperCoverage::do_follow(const Surface&, std::span<const CellId> previous_cell) {
   std::vector<State> cells(previous_cell.size());
   for (std::size_t cell = 0; cell < cells.size(); ++cell) {
-    if (previous_cell[cell] != kNoCell) cells[cell] = std::move(cells_[previous_cell[cell]]);
+    if (previous_cell[cell] != CellId::none) cells[cell] = std::move(cells_[previous_cell[cell]]);
   }
   cells_ = std::move(cells);
 }

@@ -25,7 +25,7 @@ class PaperCoverage final : public CellCoverage {
   void do_insert(std::uint32_t cell, std::uint32_t slot, const Contribution& part) override;
   void do_erase(std::uint32_t cell, std::uint32_t slot) override;
   [[nodiscard]] std::vector<std::uint32_t> do_references(std::uint32_t cell) const override;
-  void do_follow(const Surface& surface, std::span<const std::uint32_t> previous_cell) override;
+  void do_follow(const Surface& surface, std::span<const CellId> previous_cell) override;
   [[nodiscard]] bool is_member(std::uint32_t cell, std::uint32_t slot) const override;
 
   struct State {

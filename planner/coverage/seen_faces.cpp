@@ -9,11 +9,11 @@
 
 namespace lumatlas {
 
-std::vector<SeenFaces> seen_faces(std::span<const std::uint32_t> face, std::span<const std::uint32_t> cell_of_face) {
+std::vector<SeenFaces> seen_faces(std::span<const FaceId> face, std::span<const std::uint32_t> cell_of_face) {
   std::vector<SeenFaces> runs;
   std::optional<std::uint32_t> cell;
-  for (const std::uint32_t seen : face) {
-    const std::uint32_t next = seen < cell_of_face.size() ? cell_of_face[seen] : kNoCell;
+  for (const FaceId seen : face) {
+    const std::uint32_t next = seen < cell_of_face.size() ? cell_of_face[seen] : CellId::none;
     if (next != cell) runs.push_back({seen, 0});
     cell = next;
     ++runs.back().pixels;
@@ -22,10 +22,10 @@ std::vector<SeenFaces> seen_faces(std::span<const std::uint32_t> face, std::span
   return runs;
 }
 
-std::vector<std::uint32_t> faces_of(std::span<const SeenFaces> runs) {
+std::vector<FaceId> faces_of(std::span<const SeenFaces> runs) {
   std::size_t pixels = 0;
   for (const SeenFaces& run : runs) pixels += run.pixels;
-  std::vector<std::uint32_t> faces;
+  std::vector<FaceId> faces;
   faces.reserve(pixels);
   for (const SeenFaces& run : runs) faces.insert(faces.end(), run.pixels, run.face);
   return faces;
@@ -45,7 +45,7 @@ FaceLookup::FaceLookup(std::span<const SeenFaces> runs, std::uint32_t width, std
   }
 }
 
-std::uint32_t FaceLookup::at(std::size_t pixel) const {
+FaceId FaceLookup::at(std::size_t pixel) const {
   const std::size_t row = pixel / width_;
   const auto first = ends_.begin() + static_cast<std::ptrdiff_t>(first_run_[row]);
   const auto last =

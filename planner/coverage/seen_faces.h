@@ -7,20 +7,22 @@
 #include <span>
 #include <vector>
 
+#include "mesh/base/id.h"
+
 namespace lumatlas {
 
-// A run of neighbouring pixels, row by row, that show the same cell, and a face of it; or kNoFace.
+// A run of neighbouring pixels, row by row, that show the same cell, and a face of it; or FaceId::none.
 struct SeenFaces {
-  std::uint32_t face;
+  FaceId face;
   std::uint32_t pixels;
 };
 
-// `face`: what each pixel shows, as in VisibilityBuffer.
-[[nodiscard]] std::vector<SeenFaces> seen_faces(std::span<const std::uint32_t> face,
+// Returns the runs of a view. `face`: the face of each pixel, as in VisibilityBuffer.
+[[nodiscard]] std::vector<SeenFaces> seen_faces(std::span<const FaceId> face,
                                                 std::span<const std::uint32_t> cell_of_face);
 
-// A face of the cell that each pixel shows.
-[[nodiscard]] std::vector<std::uint32_t> faces_of(std::span<const SeenFaces> runs);
+// Returns for each pixel a face of the cell that it shows.
+[[nodiscard]] std::vector<FaceId> faces_of(std::span<const SeenFaces> runs);
 
 // Finds the face of single pixels. The runs must outlive it.
 class FaceLookup {
@@ -28,8 +30,8 @@ class FaceLookup {
   // Throws std::invalid_argument unless the runs have as many pixels as an image of this size.
   FaceLookup(std::span<const SeenFaces> runs, std::uint32_t width, std::uint32_t height);
 
-  // `pixel`: row * width + column, in the image. By binary search in its row.
-  [[nodiscard]] std::uint32_t at(std::size_t pixel) const;
+  // Returns the face of a pixel of the image, by binary search in its row. `pixel`: row * width + column.
+  [[nodiscard]] FaceId at(std::size_t pixel) const;
 
  private:
   std::span<const SeenFaces> runs_;

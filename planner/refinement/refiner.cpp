@@ -222,7 +222,7 @@ Refinement Refiner::compare(const Camera& given, const Camera& start, const Pyra
 }
 
 void Refiner::stored(std::uint32_t slot, const Camera& given, const Refinement& refinement,
-                     std::span<const std::uint32_t> face) {
+                     std::span<const FaceId> face) {
   refiner_requires.is_below(slot, views_.size(), "slot", "the atlas's capacity");
   check(given);
   std::shared_ptr<const StoredView> view = atlas_.view(slot);

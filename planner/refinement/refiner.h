@@ -101,13 +101,11 @@ class Refiner {
   // std::invalid_argument), with the stored views. Changes nothing.
   [[nodiscard]] Refinement refine(const Camera& camera, const Photograph& photograph) const;
 
-  // The atlas has taken a view into the slot, at the refined pose, with the photograph that was refined; `given` is the
-  // pose that it came with. All gains are
-  // balanced anew, and masks are made where enough views have come since the last time. `face`: what each of its pixels
-  // shows, as in VisibilityBuffer; empty: that is found where it is needed. Throws std::invalid_argument if it has
-  // another size.
-  void stored(std::uint32_t slot, const Camera& given, const Refinement& refinement,
-              std::span<const std::uint32_t> face = {});
+  // Follows the atlas, which has taken a view into the slot at the refined pose, with the photograph that was refined;
+  // `given` is the pose that the view came with. Balances all gains anew, and makes masks where enough views have come
+  // since the last time. `face`: the face of each pixel, as in VisibilityBuffer; empty: found when it is needed. Throws
+  // std::invalid_argument if `face` has another size.
+  void stored(std::uint32_t slot, const Camera& given, const Refinement& refinement, std::span<const FaceId> face = {});
   // The atlas has put another depth and mask in the place of the slot's; the photograph is the same, or has another
   // size: then the view is not refined any more.
   void replaced(std::uint32_t slot);
@@ -118,11 +116,12 @@ class Refiner {
   // The slot's view is about to leave.
   void erased(std::uint32_t slot);
 
-  // How many times a stored view was refined again because others had come.
+  // Returns how many times a stored view was refined again because others had come.
   [[nodiscard]] std::uint64_t revisited() const { return revisited_; }
   // Returns whether views rest: see kComparisonsToRest.
   [[nodiscard]] bool at_rest() const { return still_ >= kComparisonsToRest; }
-  // How many comparisons were made in full, by stored views, refined ones that were stored and polish().
+  // Returns how many comparisons were made in full: of offered views that were stored, of stored views again, and by
+  // polish().
   [[nodiscard]] std::uint64_t compared_in_full() const { return compared_in_full_; }
 
   // One step of joint polishing: every stored view against the others, all at once. What the set has moved as a whole
@@ -154,7 +153,7 @@ class Refiner {
   // Compares in brief where that is enough, else in full as compare() does.
   [[nodiscard]] Refinement look_at(const Camera& camera, const Pyramid& photograph,
                                    std::span<const SurfaceSample> samples, std::optional<std::uint32_t> slot) const;
-  // Exposures alone are cheap, and never rest.
+  // Views whose exposure alone is refined never rest, because that is cheap.
   [[nodiscard]] bool may_be_brief() const { return at_rest() && options_.alignment.pose; }
   [[nodiscard]] bool says_enough(const Refinement& brief) const;
   [[nodiscard]] Camera sampling_camera(const Camera& camera) const;

@@ -151,7 +151,7 @@ class Judge {
   [[nodiscard]] Judgement at(const TrustGrid& grid, std::uint32_t x, std::uint32_t y,
                              std::vector<OtherView>& others) const {
     const std::size_t block = std::size_t{y} * grid.width + x;
-    if (visible_.face[block] == kNoFace || agrees_with_most(grid, x, y, others)) return Judgement::trusted;
+    if (visible_.face[block] == FaceId::none || agrees_with_most(grid, x, y, others)) return Judgement::trusted;
     return is_contradicted(grid.low[block], grid.high[block], others, options_) ? Judgement::contradicted
                                                                                 : Judgement::trusted;
   }

@@ -20,6 +20,7 @@ namespace lumatlas {
 namespace {
 
 using Slots = std::vector<std::uint32_t>;
+using CellIds = std::vector<CellId>;
 
 constexpr std::uint32_t kCells = 5;
 
@@ -138,7 +139,7 @@ TEST_CASE("shown cells that were counted before another thread replaced the surf
   const Camera camera = forward_camera(20, 10);
   TiledView tiled = make_tiled_view("a", camera, position_photograph(20, 10),
                                     make_ray_visibility(before->mesh)->trace(camera), before->cells, kLayout, {});
-  const std::vector<std::uint32_t> previous_cell(2, kNoCell);
+  const std::vector<CellId> previous_cell(2, CellId::none);
   std::thread([&] { atlas.replace_surface(wall_and_panel(2), previous_cell); }).join();
   CHECK_THROWS_AS(atlas.insert(tiled.view, tiled.shown), std::invalid_argument);
   CHECK(atlas.size() == 0);
@@ -454,7 +455,7 @@ TEST_CASE("under another surface, references and what was seen follow the cells"
   const std::vector<CellPixels> seen{{0, 1}, {1, 1}, {3, 1}};
   atlas.mark_seen(seen);
   const auto surface = wall_and_panel(6);
-  atlas.replace_surface(surface, Slots{4, kNoCell, 1, 3, 1, kNoCell});
+  atlas.replace_surface(surface, CellIds{4, CellId::none, 1, 3, 1, CellId::none});
   CHECK(atlas.surface() == surface);
   const std::vector<Slots> expected{{0}, {}, {1, 0}, {}, {1, 0}, {}};
   for (std::uint32_t cell = 0; cell < expected.size(); ++cell) CHECK(atlas.references(cell) == expected[cell]);
@@ -472,7 +473,7 @@ TEST_CASE("under another surface, references and what was seen follow the cells"
   atlas.erase(2);  // the one cell that referred to it is gone
 }
 
-TEST_CASE("snapshots taken before keep the old surface, and nobody else does") {
+TEST_CASE("snapshots taken before keep the old surface alive, and nothing else does") {
   const auto surface_with = [](float z) {
     const auto surface = std::make_shared<Surface>(*wall_and_panel(kCells));
     add_wall(surface->mesh, 1, 1, 1, z);
@@ -488,7 +489,7 @@ TEST_CASE("snapshots taken before keep the old surface, and nobody else does") {
   atlas.set_references(2, {0});
   {
     const Snapshot before = atlas.snapshot();
-    atlas.replace_surface(surface_with(6), Slots{0, kNoCell, kNoCell, kNoCell, kNoCell, 2});
+    atlas.replace_surface(surface_with(6), CellIds{0, CellId::none, CellId::none, CellId::none, CellId::none, 2});
     CHECK(before.surface == watched.lock());
     CHECK(before.references.offsets == Slots{0, 0, 0, 1, 1, 1});
     CHECK(before.cell_seen.size() == kCells);
@@ -505,7 +506,7 @@ TEST_CASE("a surface that does not go with the store is refused, and the old one
   Atlas atlas(surface, 1);
   atlas.insert(tiny_view("a"));
   atlas.set_references(2, {0});
-  const auto refused = [&](const std::shared_ptr<const Surface>& next, const Slots& previous_cell,
+  const auto refused = [&](const std::shared_ptr<const Surface>& next, const CellIds& previous_cell,
                            const std::string& sentence) {
     CHECK_THROWS_MATCHES(atlas.replace_surface(next, previous_cell), std::invalid_argument, Catch::Message(sentence));
     CHECK(atlas.surface() == surface);
@@ -533,11 +534,11 @@ TEST_CASE("the books balance after any sequence of surfaces") {
       atlas.set_references(cell, ledger[cell]);
     } else {
       const auto cells = static_cast<std::uint32_t>(1 + random() % 8);
-      Slots previous_cell;
+      CellIds previous_cell;
       std::vector<Slots> next;
       for (std::uint32_t cell = 0; cell < cells; ++cell) {
         const bool is_new = random() % 3 == 0;
-        previous_cell.push_back(is_new ? kNoCell : static_cast<std::uint32_t>(random() % ledger.size()));
+        previous_cell.push_back(is_new ? CellId::none : CellId{static_cast<std::uint32_t>(random() % ledger.size())});
         next.push_back(is_new ? Slots{} : ledger[previous_cell.back()]);
       }
       atlas.replace_surface(wall_and_panel(cells), previous_cell);
@@ -637,7 +638,7 @@ TEST_CASE("what a view shows follows its cell while another thread replaces the 
   std::thread views([&] {
     while (!done) atlas.replace(1, tiny_view("b"), {{0, 0, 1}});
   });
-  const Slots turned{1, 0};
+  const CellIds turned{1, 0};
   for (int step = 0; step < 3000; ++step) atlas.replace_surface(wall_and_panel(2), turned);
   done = true;
   views.join();
@@ -652,7 +653,7 @@ TEST_CASE("snapshots are of one surface while another thread replaces it") {
   atlas.insert(tiny_view("a"));
   std::atomic<bool> done{false};
   std::thread writer([&] {
-    Slots previous_cell;
+    CellIds previous_cell;
     for (std::uint32_t step = 0; step < 5000; ++step) {
       const auto surface = std::make_shared<Surface>(*wall_and_panel(1 + step % 7));
       surface->mesh.positions.resize(surface->mesh.positions.size() + surface->cells.cells.size());

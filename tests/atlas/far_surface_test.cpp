@@ -71,7 +71,7 @@ TEST_CASE("depths of the far sphere are told from those of the mesh") {
   const auto first_far = static_cast<std::uint32_t>(both->near_faces());
   std::size_t far = 0;
   for (std::size_t pixel = 0; pixel < visible.face.size(); ++pixel) {
-    REQUIRE(visible.face[pixel] != kNoFace);
+    REQUIRE(visible.face[pixel] != FaceId::none);
     CHECK((visible.depth[pixel] > depth_before_far(*both)) == (visible.face[pixel] >= first_far));
     far += visible.face[pixel] >= first_far ? 1 : 0;
   }

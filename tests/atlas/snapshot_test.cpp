@@ -143,7 +143,7 @@ TEST_CASE("the same tiles are resident whether snapshots were taken before or no
   REQUIRE(a.tiles.first_tile == b.tiles.first_tile);
   CHECK(a.tiles.resident_tiles() > 0);
   for (std::size_t tile = 0; tile < a.tiles.slots.size(); ++tile) {
-    CHECK((a.tiles.slots[tile] == kNotResident) == (b.tiles.slots[tile] == kNotResident));
+    CHECK((a.tiles.slots[tile] == TilePlace::none) == (b.tiles.slots[tile] == TilePlace::none));
   }
   CHECK(a.vertex_colors == b.vertex_colors);
   CHECK(a.references.views == b.references.views);
@@ -166,7 +166,7 @@ TEST_CASE("a view without a resident tile is not held by a snapshot") {
   CHECK(kept.atlas->snapshot().views[idle] == kept.atlas->view(idle));
 }
 
-TEST_CASE("a photograph that has left the store is kept alive by nobody") {
+TEST_CASE("a photograph that has left the store is freed") {
   Kept kept(kLayout);
   std::mt19937 random(2);
   const std::uint32_t slot = kept.insert(kept.random_view(random));
@@ -332,8 +332,8 @@ TEST_CASE("each rule of a snapshot is checked by name") {
   refused([](Snapshot& s) { s.tiles.slots.pop_back(); },
           "snapshot: tiles.slots has " + std::to_string(good.tiles.slots.size() - 1) +
               " entries, must have one per tile, " + std::to_string(good.tiles.slots.size()));
-  refused([](Snapshot& s) { s.tiles.slots[0] = kMostTileSlots; },
-          "snapshot: tiles.slots[0] is 1073741824, must be below 1073741824 or kNotResident");
+  refused([](Snapshot& s) { s.tiles.slots[0] = TilePlace{kMostTileSlots}; },
+          "snapshot: tiles.slots[0] is 1073741824, must be below 1073741824 or TilePlace::none");
   refused([](Snapshot& s) { s.tiles.first_tile[1] += 1; },
           "snapshot: tiles.first_tile[1] is 7, must be 6 for the 6 tiles of slot 0");
   refused(
@@ -368,7 +368,7 @@ TEST_CASE("each rule of a surface is checked by name") {
     CHECK_THROWS_MATCHES(check(surface), std::invalid_argument, Catch::Message(sentence));
     CHECK_THROWS_AS(Atlas(std::make_shared<Surface>(surface), 1), std::invalid_argument);
     Atlas atlas(wall_and_panel(kCellsOfScene), 1);
-    const std::vector<std::uint32_t> previous_cell(kCellsOfScene, 0);
+    const std::vector<CellId> previous_cell(kCellsOfScene, 0);
     CHECK_THROWS_AS(atlas.replace_surface(std::make_shared<Surface>(surface), previous_cell), std::invalid_argument);
   };
   refused([](Surface& s) { s.mesh.faces[3].y = 29; }, "mesh.faces[3] refers to vertex 29; it must be below 29");

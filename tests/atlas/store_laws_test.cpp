@@ -50,6 +50,7 @@ namespace lumatlas {
 namespace {
 
 using Slots = std::vector<std::uint32_t>;
+using CellIds = std::vector<CellId>;
 
 constexpr std::uint32_t kCells = 5;
 constexpr TileOptions kTiles{8, 2, 0};
@@ -97,8 +98,8 @@ TEST_CASE("no writer starves: a surface is replaced while another thread changes
   constexpr std::uint32_t kManyCells = 50'000;
   const auto many = std::make_shared<Surface>(*surface);
   many->cells.cells.resize(kManyCells, many->cells.cells[0]);
-  Slots previous_cell(kManyCells);
-  for (std::uint32_t cell = 0; cell < kManyCells; ++cell) previous_cell[cell] = cell % kCells;
+  CellIds previous_cell(kManyCells);
+  for (std::uint32_t cell = 0; cell < kManyCells; ++cell) previous_cell[cell] = CellId{cell % kCells};
   const StoredView view = small_view(*surface, "b");
 
   // Whenever replace_surface() asks for much memory, another thread changes a view, if the store lets it.
@@ -134,7 +135,7 @@ TEST_CASE("no writer starves: a surface is replaced while another thread changes
 
 TEST_CASE("where memory ends in the middle of a call, the store is as it was") {
   const auto next = wall_and_panel(6);
-  const Slots previous{4, kNoCell, 1, 3, 1, 0};
+  const CellIds previous{4, CellId::none, 1, 3, 1, 0};
   struct Call {
     const char* name;
     std::function<std::function<void()>(Atlas&)> prepare;  // what is allocated before the call is not the store's
@@ -237,7 +238,7 @@ TEST_CASE("a tile policy that asks its store for a snapshot is refused, and the 
 
 TEST_CASE("a caller's surface stays valid while another thread replaces the atlas's surface") {
   Atlas atlas(wall_and_panel(kCells), 1);
-  const Slots same_cells{0, 1, 2, 3, 4};
+  const CellIds same_cells{0, 1, 2, 3, 4};
   std::atomic<bool> done{false};
   std::thread writer([&] {
     for (int step = 0; step < 2000; ++step) atlas.replace_surface(wall_and_panel(kCells), same_cells);

@@ -175,7 +175,7 @@ TEST_CASE("as many views are valid at a pixel as texture it when each is alone")
   for (std::size_t pixel = 0; pixel < textured.size(); ++pixel) {
     const PixelDiagnosis& told = diagnosis.pixels[pixel];
     REQUIRE(told.valid_views == textured[pixel]);
-    REQUIRE((told.winner == kNoView) == (textured[pixel] == 0));
+    REQUIRE((told.winner == ViewSlot::none) == (textured[pixel] == 0));
     REQUIRE((diagnosis.state[pixel] == PixelState::textured) == (textured[pixel] > 0));
     several += told.valid_views > 1;
   }

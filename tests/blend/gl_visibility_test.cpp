@@ -96,7 +96,7 @@ Mesh random_triangles(std::uint32_t count, float size, std::uint32_t seed) {
 }
 
 bool sees_nothing(const VisibilityBuffer& buffer) {
-  return std::all_of(buffer.face.begin(), buffer.face.end(), [](std::uint32_t face) { return face == kNoFace; }) &&
+  return std::all_of(buffer.face.begin(), buffer.face.end(), [](std::uint32_t face) { return face == FaceId::none; }) &&
          std::all_of(buffer.depth.begin(), buffer.depth.end(), [](float depth) { return std::isinf(depth); });
 }
 
@@ -166,7 +166,7 @@ TEST_CASE("the GPU samples pixels at their centres, from the top left") {
   const VisibilityBuffer buffer = gl_visibility(rectangle({0, 0, 2}, {9, 0, 0}, {0, 9, 0}))->trace(straight_camera());
   std::size_t wrong = 0;
   for (std::size_t y = 0; y < 21; ++y) {
-    for (std::size_t x = 0; x < 33; ++x) wrong += (buffer.face[33 * y + x] != kNoFace) != (x >= 12 && y >= 14);
+    for (std::size_t x = 0; x < 33; ++x) wrong += (buffer.face[33 * y + x] != FaceId::none) != (x >= 12 && y >= 14);
   }
   CHECK(wrong == 0);
 }
@@ -201,7 +201,7 @@ TEST_CASE("the GPU agrees with rays in a closed room, and no pixel leaks through
   for (std::size_t number = 0; number < 40; ++number) {
     const Camera camera = room_camera(number).scaled_to(400, 300);
     const VisibilityBuffer buffer = gl->trace(camera);
-    CHECK(std::count(buffer.face.begin(), buffer.face.end(), kNoFace) == 0);
+    CHECK(std::count(buffer.face.begin(), buffer.face.end(), FaceId::none) == 0);
     compare(rays->trace(camera), buffer, agreement);
   }
   INFO("equal: " << agreement.share_equal() << ", same face: " << agreement.share_same_face()

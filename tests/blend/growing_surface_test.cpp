@@ -17,7 +17,7 @@ constexpr std::size_t kViews = 8;
 
 struct Grown {
   std::shared_ptr<const Surface> surface;
-  std::vector<std::uint32_t> previous_cell;
+  std::vector<CellId> previous_cell;
 };
 
 Grown grown(const Surface& before, const Mesh& mesh) {
@@ -93,7 +93,7 @@ TEST_CASE("a surface that did not change, and one whose faces have another order
   CHECK(same(pictures(atlas->snapshot()), before));
 }
 
-TEST_CASE("what is added where nobody looks changes no picture, and is forgotten when it goes") {
+TEST_CASE("surface that is added out of view changes no picture, and is forgotten when it goes") {
   const auto atlas = room_atlas(kViews, {});
   const Mesh room = atlas->surface()->mesh;
   const Snapshot first = atlas->snapshot();
@@ -132,7 +132,7 @@ TEST_CASE("when a part goes and the views are traced again, the pictures are tho
   Atlas fresh(next.surface, kViews);
   for (std::uint32_t slot = 0; slot < kViews; ++slot) fresh.insert(*atlas->view(slot));
   for (std::uint32_t cell = 0; cell < next.previous_cell.size(); ++cell) {
-    REQUIRE(next.previous_cell[cell] != kNoCell);
+    REQUIRE(next.previous_cell[cell] != CellId::none);
     fresh.set_references(cell, atlas->references(next.previous_cell[cell]));
     const CellPixels seen{cell, 1};
     if (full.cell_seen[next.previous_cell[cell]]) fresh.mark_seen({&seen, 1});

@@ -279,7 +279,7 @@ TEST_CASE("the GPU sees the same faces as the rays, away from silhouettes") {
   const VisibilityBuffer visible = visibility->trace(camera);
   const Rendering rendering = renderer.render(camera, {});
   for (std::size_t pixel = 0; pixel < rendering.state.size(); ++pixel) {
-    REQUIRE((rendering.state[pixel] == PixelState::empty) == (visible.face[pixel] == kNoFace));
+    REQUIRE((rendering.state[pixel] == PixelState::empty) == (visible.face[pixel] == FaceId::none));
   }
 }
 

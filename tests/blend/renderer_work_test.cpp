@@ -37,8 +37,8 @@ struct Followed {
   // Replaces the surface by an equal one at another address.
   void replace_surface() const {
     const auto next = std::make_shared<const Surface>(*atlas->surface());
-    std::vector<std::uint32_t> same_cells(next->cells.cells.size());
-    std::iota(same_cells.begin(), same_cells.end(), 0);
+    std::vector<CellId> same_cells;
+    for (std::uint32_t cell = 0; cell < next->cells.cells.size(); ++cell) same_cells.emplace_back(cell);
     atlas->replace_surface(next, same_cells);
   }
 

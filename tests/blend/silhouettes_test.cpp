@@ -37,7 +37,7 @@ std::vector<std::uint8_t> beside(const VisibilityBuffer& visible, const Differs&
           found |= differs(static_cast<std::size_t>(y * width + x), static_cast<std::size_t>(row * width + column));
         }
       }
-      const bool seen = visible.face[static_cast<std::size_t>(y * width + x)] != kNoFace;
+      const bool seen = visible.face[static_cast<std::size_t>(y * width + x)] != FaceId::none;
       flags.push_back(seen && found ? 1 : 0);
     }
   }
@@ -75,11 +75,11 @@ TEST_CASE("of a flat wall the rim is at a silhouette and nothing else, from any 
     const Camera camera = camera_around(random, {1.3, -0.4, 0}, 1e-3);
     const VisibilityBuffer visible = visibility->trace(camera);
     const std::vector<std::uint8_t> expected =
-        beside(visible, [&](std::size_t, std::size_t neighbour) { return visible.face[neighbour] == kNoFace; });
+        beside(visible, [&](std::size_t, std::size_t neighbour) { return visible.face[neighbour] == FaceId::none; });
     CHECK(silhouettes(camera, visible) == expected);
     for (std::size_t pixel = 0; pixel < expected.size(); ++pixel) {
       rim += expected[pixel];
-      inner += visible.face[pixel] != kNoFace && !expected[pixel];
+      inner += visible.face[pixel] != FaceId::none && !expected[pixel];
     }
   }
   CHECK(rim > 5000);

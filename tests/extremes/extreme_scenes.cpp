@@ -153,7 +153,7 @@ Photograph photographed(const TriangleSoup& soup, const Camera& camera, const Ed
   const VisibilityBuffer visible = make_ray_visibility(mesh)->trace(camera);
   Photograph photograph = plain_photograph(camera, 0);
   for (std::size_t pixel = 0; pixel < visible.face.size(); ++pixel) {
-    if (visible.face[pixel] == kNoFace) continue;
+    if (visible.face[pixel] == FaceId::none) continue;
     const glm::dvec2 image(static_cast<double>(pixel % camera.width) + 0.5,
                            static_cast<double>(pixel / camera.width) + 0.5);
     const glm::dvec3 point = camera.center() + static_cast<double>(visible.depth[pixel]) * camera.ray(image);

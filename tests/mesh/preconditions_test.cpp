@@ -38,7 +38,8 @@ std::vector<Use> uses_of_any_coordinates() {
 
 std::vector<Use> uses() {
   static const TemporaryFolder folder;
-  const std::vector<std::uint32_t> of_face(8, 0), new_faces(8, kNoFace);
+  const std::vector<std::uint32_t> of_face(8, 0);
+  const std::vector<FaceId> new_faces(8, FaceId::none);
   return {{"make_cells", [](const Mesh& mesh) { (void)make_cells(mesh, {}); }},
           {"make_cells of a grid",
            [](const Mesh& mesh) {

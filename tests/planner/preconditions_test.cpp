@@ -185,7 +185,7 @@ TEST_CASE("a coverage ledger refuses cells and slots that are not there, and opt
   CHECK(complaint([&] { ledger.insert(2, {}); }) == no_slot);
   CHECK(complaint([&] { ledger.erase(2); }) == no_slot);
   CHECK(complaint([&] {
-          ledger.follow(*relief.surface, std::vector<std::uint32_t>(3));
+          ledger.follow(*relief.surface, std::vector<CellId>(3));
         }).find("coverage: the size of previous_cell is 3, must be the number of cells") == 0);
   CHECK_FALSE(ledger.stored(0));
   CHECK(complaint([&] { CoverageLedger(*relief.surface, 2, CoverageOptions{}, 0); }) ==
@@ -396,10 +396,10 @@ TEST_CASE("every measure of coverage refuses cells, slots, parts and lists that 
     CHECK(complaint([&] { (void)coverage->value_by_definition(0, {}, &bad); }) == sentence);
   }
 
-  CHECK(complaint([&] { coverage->follow(surface, std::vector<std::uint32_t>(cells - 1, kNoCell)); }) ==
+  CHECK(complaint([&] { coverage->follow(surface, std::vector<CellId>(cells - 1, CellId::none)); }) ==
         "coverage: the size of previous_cell is " + std::to_string(cells - 1) + ", must be the number of cells, " +
             std::to_string(cells));
-  CHECK(complaint([&] { coverage->follow(surface, std::vector<std::uint32_t>(cells, beyond)); }) ==
+  CHECK(complaint([&] { coverage->follow(surface, std::vector<CellId>(cells, CellId{beyond})); }) ==
         "coverage: previous_cell is " + std::to_string(cells) + ", must be below the number of old cells, " +
             std::to_string(cells));
   // What was refused has changed nothing.

@@ -54,7 +54,7 @@ struct Grown {
   CellGrowth growth;
 };
 
-Grown grown(const Surface& before, Mesh mesh, std::span<const std::uint32_t> previous_face) {
+Grown grown(const Surface& before, Mesh mesh, std::span<const FaceId> previous_face) {
   CellOptions options;
   options.size = before.cells.size;
   CellGrowth growth = grow_cells(before.mesh, before.cells, mesh, previous_face, options);
@@ -63,7 +63,7 @@ Grown grown(const Surface& before, Mesh mesh, std::span<const std::uint32_t> pre
 }
 
 Grown grown(const Surface& before, Mesh mesh) {
-  const std::vector<std::uint32_t> previous = match_faces(before.mesh, mesh);
+  const std::vector<FaceId> previous = match_faces(before.mesh, mesh);
   return grown(before, std::move(mesh), previous);
 }
 
@@ -131,7 +131,7 @@ TEST_CASE("where all cells are new, the store is compared with what it still hol
     planner.keep("view " + std::to_string(number), camera, [&] { return pattern_photograph(camera, number); });
   }
   const std::size_t cells = surface->cells.cells.size();
-  planner.update_surface(surface, *visibility, std::vector<std::uint32_t>(cells, kNoCell),
+  planner.update_surface(surface, *visibility, std::vector<CellId>(cells, CellId::none),
                          std::vector<std::uint8_t>(cells, 1));
   CHECK(Pruning(planner).predicted_loss().gap == Approx(0).margin(1e-5));
   const std::vector<ThinningStep> order = Hindsight(planner).thinning_order();
@@ -158,8 +158,8 @@ TEST_CASE("a surface that appears, moves and disappears leaves the store as if i
   check_against_new_start(scene);
 
   // The same faces elsewhere: a mapping that is known, not found.
-  std::vector<std::uint32_t> same(scene.surface->mesh.faces.size());
-  for (std::uint32_t face = 0; face < same.size(); ++face) same[face] = face;
+  std::vector<FaceId> same;
+  for (std::uint32_t face = 0; face < scene.surface->mesh.faces.size(); ++face) same.emplace_back(face);
   const SurfaceUpdate moving = scene.become(grown(*scene.surface, with_panel(bare, 0.9f), same));
   CHECK(moving.depths_made_again > 0);
   check_against_new_start(scene);
@@ -223,11 +223,11 @@ TEST_CASE("what is said of the cells must fit the surface") {
   const std::vector<std::uint8_t> none;
   CHECK_THROWS_AS(scene.planner.update_surface(same.surface, *scene.visibility, same.growth.previous_cell, none),
                   std::invalid_argument);
-  std::vector<std::uint32_t> unknown = same.growth.previous_cell;
-  unknown[3] = kNoCell;
+  std::vector<CellId> unknown = same.growth.previous_cell;
+  unknown[3] = CellId::none;
   CHECK_THROWS_WITH(scene.planner.update_surface(same.surface, *scene.visibility, unknown, same.growth.changed),
                     Catch::Contains("cell 3"));
-  std::vector<std::uint32_t> twice = same.growth.previous_cell;
+  std::vector<CellId> twice = same.growth.previous_cell;
   twice[4] = twice[3];
   CHECK_THROWS_WITH(scene.planner.update_surface(same.surface, *scene.visibility, twice, same.growth.changed),
                     Catch::Contains("cell 4") && Catch::Contains("another is already"));

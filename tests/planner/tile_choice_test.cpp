@@ -426,7 +426,7 @@ TEST_CASE("cells refer to the views whose resident tiles show them, and to no mo
   }
 }
 
-TEST_CASE("what nobody asks for is not resident, however much room there is") {
+TEST_CASE("tiles that no reference needs are not resident, whatever the capacity") {
   TileStore store(4, 4);
   CHECK(store.chosen(100'000).size() <= store.all_tiles().size());
   store.references.offsets.assign(TileStore::kCells + 1, 0);
@@ -452,7 +452,7 @@ TEST_CASE("a store never has more tiles resident than its array, and refers to n
           REQUIRE(snapshot.views[view]);
           const auto first = tiles.slots.begin() + tiles.first_tile[view];
           REQUIRE(std::any_of(first, tiles.slots.begin() + tiles.first_tile[view + 1],
-                              [](std::uint32_t slot) { return slot != kNotResident; }));
+                              [](std::uint32_t slot) { return slot != TilePlace::none; }));
         }
       }
     }

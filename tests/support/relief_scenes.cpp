@@ -125,7 +125,7 @@ Photograph Relief::photograph(const Camera& camera, const glm::dvec3& exposure, 
   Photograph photograph{camera.width, camera.height, {}, {}};
   photograph.rgb.assign(3 * visible.depth.size(), 0);
   for (std::size_t pixel = 0; pixel < visible.depth.size(); ++pixel) {
-    if (visible.face[pixel] == kNoFace) continue;
+    if (visible.face[pixel] == FaceId::none) continue;
     const glm::dvec2 image(static_cast<double>(pixel % camera.width) + 0.5,
                            static_cast<double>(pixel / camera.width) + 0.5);
     const glm::dvec3 world = camera.center() + static_cast<double>(visible.depth[pixel]) * camera.ray(image);

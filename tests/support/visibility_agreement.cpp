@@ -38,8 +38,8 @@ void compare(const VisibilityBuffer& expected, const VisibilityBuffer& actual, V
     if (!is_away_from_silhouettes(expected, pixel % expected.width, pixel / expected.width)) continue;
     ++agreement.smooth;
     agreement.other_face += expected.face[pixel] != actual.face[pixel];
-    const bool hit = expected.face[pixel] != kNoFace;
-    if (hit != (actual.face[pixel] != kNoFace)) {
+    const bool hit = expected.face[pixel] != FaceId::none;
+    if (hit != (actual.face[pixel] != FaceId::none)) {
       ++agreement.differ;
     } else if (hit) {
       const double difference = relative_difference(expected.depth[pixel], actual.depth[pixel]);

@@ -16,7 +16,7 @@ constexpr const char* kOtherCoordinates = "mesh and cameras are in different coo
 }  // namespace
 
 double covered_share(const VisibilityBuffer& buffer) {
-  const auto empty = std::count(buffer.face.begin(), buffer.face.end(), kNoFace);
+  const auto empty = std::count(buffer.face.begin(), buffer.face.end(), FaceId::none);
   return 1 - static_cast<double>(empty) / static_cast<double>(buffer.face.size());
 }
 

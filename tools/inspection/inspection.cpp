@@ -65,7 +65,7 @@ Glance glance(const Surface& surface, const Visibility& visibility, const SceneV
   for (const SceneView& view : scene.views) {
     visibility.trace(view.camera.shrunk_to(kGlancePx), buffer);
     for (std::size_t pixel = 0; pixel < buffer.face.size(); ++pixel) {
-      if (buffer.face[pixel] == kNoFace) continue;
+      if (buffer.face[pixel] == FaceId::none) continue;
       seen[surface.cells.cell_of_face[buffer.face[pixel]]] = true;
       if (pixel % 61 == 0) depths.push_back(buffer.depth[pixel]);  // an even sample, whatever the width
     }

@@ -244,14 +244,14 @@ SharedPoints shared_points(const FitLook& a, const SmallPicture& picture_a, cons
     for (std::uint32_t x = options.step_px / 2; x < camera_a.width; x += options.step_px) {
       const std::size_t pixel = std::size_t{y} * camera_a.width + x;
       const std::size_t from = std::size_t{y} * camera_a.width + a.camera.column(x);
-      if (a.visible.face[pixel] == kNoFace || picture_a.valid[from] == 0) continue;
+      if (a.visible.face[pixel] == FaceId::none || picture_a.valid[from] == 0) continue;
       const glm::dvec3 world = center + double{a.visible.depth[pixel]} * camera_a.ray({x + 0.5, y + 0.5});
       const glm::dvec3 cam = camera_b.cam_from_world(world);
       const std::optional<std::size_t> seen = pixel_of(camera_b, cam);
       if (!seen) continue;
       const auto column = static_cast<std::uint32_t>(*seen % camera_b.width);
       const std::size_t to = *seen - column + b.camera.column(column);
-      if (picture_b.valid[to] == 0 || b.visible.face[*seen] == kNoFace) continue;
+      if (picture_b.valid[to] == 0 || b.visible.face[*seen] == FaceId::none) continue;
       if (std::abs(double{b.visible.depth[*seen]} - cam.z) > options.same_depth * cam.z) continue;
       shared.from.push_back(from);
       shared.to.push_back(to);
@@ -362,7 +362,7 @@ double MeshFitMeter::points_on_mesh(const ScenePoints& points, double same_place
       const std::optional<std::size_t> pixel = pixel_of(camera, cam);
       if (!pixel) continue;
       ++in_views;
-      const bool on_face = looks[look].visible.face[*pixel] != kNoFace;
+      const bool on_face = looks[look].visible.face[*pixel] != FaceId::none;
       const double depth = double{looks[look].visible.depth[*pixel]};
       on_faces += on_face && std::abs(depth - cam.z) <= same_place * cam.z ? 1 : 0;
     }

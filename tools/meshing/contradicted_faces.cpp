@@ -130,7 +130,7 @@ class Evidence {
     const StereoDepth& measured = views_[view].measured;
     for (std::uint32_t pixel = 0; pixel < visible.face.size(); ++pixel) {
       const std::uint32_t face = visible.face[pixel];
-      if (face == kNoFace || views_[view].valid[pixel] == 0) continue;
+      if (face == FaceId::none || views_[view].valid[pixel] == 0) continue;
       DepthVotes& votes = votes_[face];
       ++votes.seen;
       const float depth = measured.depth[pixel];
@@ -153,7 +153,7 @@ class Evidence {
     const std::size_t pixel = pixel_at(*at, camera);
     const double depth = camera.cam_from_world(point).z;
     const bool same = std::abs(double{visible_[view].depth[pixel]} - depth) < double{kLeastDistance} * depth;
-    return visible_[view].face[pixel] != kNoFace && same && views_[view].valid[pixel] != 0 ? at : std::nullopt;
+    return visible_[view].face[pixel] != FaceId::none && same && views_[view].valid[pixel] != 0 ? at : std::nullopt;
   }
 
   // Returns where a view measures a point; none: it measures another depth there.

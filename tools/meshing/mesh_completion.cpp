@@ -33,11 +33,11 @@ class Completion {
     given_->trace(view, given_buffer_);
     other_->trace(view, other_buffer_);
     for (std::size_t pixel = 0; pixel < given_buffer_.face.size(); ++pixel) {
-      const bool is_given = given_buffer_.face[pixel] != kNoFace;
+      const bool is_given = given_buffer_.face[pixel] != FaceId::none;
       ++pixels_;
       covered_ += is_given ? 1 : 0;
       const std::uint32_t face = other_buffer_.face[pixel];
-      if (face == kNoFace) continue;
+      if (face == FaceId::none) continue;
       ++(is_given ? votes_[face].present : votes_[face].lacking);
     }
   }
@@ -61,7 +61,7 @@ double covered_share(const Mesh& mesh, std::span<const Camera> views) {
   for (const Camera& view : views) {
     visibility->trace(view.shrunk_to(kCompletionPx), buffer);
     covered +=
-        buffer.face.size() - static_cast<std::size_t>(std::count(buffer.face.begin(), buffer.face.end(), kNoFace));
+        buffer.face.size() - static_cast<std::size_t>(std::count(buffer.face.begin(), buffer.face.end(), FaceId::none));
     pixels += buffer.face.size();
   }
   return pixels == 0 ? 0 : static_cast<double>(covered) / static_cast<double>(pixels);

@@ -85,7 +85,7 @@ class PixelCounter {
     count_frame(index);
     for (std::size_t pixel = 0; pixel < buffer_.face.size(); ++pixel) {
       ++pixels_;
-      if (buffer_.face[pixel] == kNoFace) continue;
+      if (buffer_.face[pixel] == FaceId::none) continue;
       if (covered_++ % kPixelStep != 0) continue;
       const std::size_t row = pixel / view.width, column = pixel % view.width;
       const glm::dvec2 center(static_cast<double>(column) + 0.5, static_cast<double>(row) + 0.5);
@@ -109,7 +109,7 @@ class PixelCounter {
  private:
   void count_frame(std::size_t index) {
     constexpr double kMostlyEmpty = 0.5;
-    const auto empty = std::count(buffer_.face.begin(), buffer_.face.end(), kNoFace);
+    const auto empty = std::count(buffer_.face.begin(), buffer_.face.end(), FaceId::none);
     const double covered = 1 - static_cast<double>(empty) / static_cast<double>(buffer_.face.size());
     ++frames_;
     if (covered < kMostlyEmpty) ++mostly_empty_;

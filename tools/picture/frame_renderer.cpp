@@ -54,7 +54,7 @@ ModeFrame FrameRenderer::error(const Camera& camera, const Photograph& photograp
   const VisibilityBuffer visible = visibility_->trace(camera);
   std::vector<std::uint8_t> mask(visible.face.size());
   std::transform(visible.face.begin(), visible.face.end(), mask.begin(),
-                 [](std::uint32_t face) { return static_cast<std::uint8_t>(face != kNoFace); });
+                 [](std::uint32_t face) { return static_cast<std::uint8_t>(face != FaceId::none); });
   const Photograph rendering = render_tiled(*renderer_, camera, options_.blend).picture;
   return error_frame(apply_gain(rendering, fit_gain(rendering, photograph, mask)), photograph, mask);
 }

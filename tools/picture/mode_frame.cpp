@@ -55,7 +55,7 @@ ModeFrame cell_frame(const VisibilityBuffer& visible, const Snapshot& snapshot, 
   }
   ModeFrame frame = blank_frame(visible.width, visible.height, 1);
   for (std::size_t pixel = 0; pixel < frame.marks.size(); ++pixel) {
-    if (visible.face[pixel] == kNoFace) continue;
+    if (visible.face[pixel] == FaceId::none) continue;
     const std::uint32_t cell = snapshot.surface->cells.cell_of_face[visible.face[pixel]];
     frame.marks[pixel] = always ? PixelMark::number : mark_of_cell(snapshot, cell);
     if (frame.marks[pixel] == PixelMark::number) frame.values[pixel] = value_of_cell[cell];
@@ -74,7 +74,7 @@ std::vector<float> reference_counts(const Snapshot& snapshot) {
 ModeFrame depth_frame(const VisibilityBuffer& visible) {
   ModeFrame frame = blank_frame(visible.width, visible.height, 1);
   for (std::size_t pixel = 0; pixel < frame.marks.size(); ++pixel) {
-    if (visible.face[pixel] == kNoFace) continue;
+    if (visible.face[pixel] == FaceId::none) continue;
     frame.marks[pixel] = PixelMark::number;
     frame.values[pixel] = visible.depth[pixel];
   }

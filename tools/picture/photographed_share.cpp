@@ -33,7 +33,7 @@ double photographed_share(const Snapshot& snapshot, const Visibility& visibility
   const glm::dvec3 from = coarse.center();
   std::size_t photographed = 0;
   for (std::size_t pixel = 0; pixel < seen.face.size(); ++pixel) {
-    if (seen.face[pixel] == kNoFace) continue;
+    if (seen.face[pixel] == FaceId::none) continue;
     const glm::dvec2 at(static_cast<double>(pixel % coarse.width) + 0.5,
                         static_cast<double>(pixel / coarse.width) + 0.5);
     const glm::dvec3 point = from + static_cast<double>(seen.depth[pixel]) * coarse.ray(at);

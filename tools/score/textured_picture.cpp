@@ -87,7 +87,7 @@ Rendering TexturedPicture::render(const Camera& camera) const {
       for (std::uint32_t i = 0; i < kSamples * kSamples; ++i) {
         const std::uint32_t sx = kSamples * x + i % kSamples, sy = kSamples * y + i / kSamples;
         const std::size_t at = std::size_t{sy} * finer.width + sx;
-        if (visible.face[at] == kNoFace) continue;
+        if (visible.face[at] == FaceId::none) continue;
         const auto z = static_cast<double>(visible.depth[at]);
         const glm::dvec3 point = finer.center() + z * finer.ray({sx + 0.5, sy + 0.5});
         sum += glm::vec4(sample(visible.face[at], point, z / finer.fx), 1);

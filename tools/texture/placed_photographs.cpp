@@ -191,7 +191,7 @@ std::vector<double> densities_of(const OfferedPhotographs& offered, const Surfac
     visibility->trace(photograph.camera.shrunk_to(kPixels), visible);
     const double focal_px = std::sqrt(photograph.camera.fx * photograph.camera.fy);
     for (std::size_t i = 0; i < visible.face.size(); ++i) {
-      if (visible.face[i] == kNoFace) continue;
+      if (visible.face[i] == FaceId::none) continue;
       const std::uint32_t cell = surface.cells.cell_of_face[visible.face[i]];
       sums[cell] += std::log(focal_px / static_cast<double>(visible.depth[i]));
       ++counts[cell];

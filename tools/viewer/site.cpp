@@ -158,7 +158,7 @@ class SmallerTiles {
       const auto y = static_cast<std::uint32_t>(pixel / smaller->camera.width);
       const std::size_t column = nearest(x, factor_, view->camera.width) / tile_px;
       const std::size_t row = nearest(y, factor_, view->camera.height) / tile_px;
-      const bool was_there = before_.slots[before_.first_tile[slot] + row * old.columns + column] != kNotResident;
+      const bool was_there = before_.slots[before_.first_tile[slot] + row * old.columns + column] != TilePlace::none;
       if (was_there) {
         there[std::size_t{y / tile_px} * grid.columns + x / tile_px] = 1;
       } else {
@@ -166,7 +166,7 @@ class SmallerTiles {
       }
     }
     smaller->mask = std::move(mask);
-    for (const std::uint8_t is_there : there) after_.slots.push_back(is_there ? next_++ : kNotResident);
+    for (const std::uint8_t is_there : there) after_.slots.push_back(is_there ? TilePlace{next_++} : TilePlace::none);
   }
 
   TileTable table() {

@@ -420,7 +420,7 @@ TEST_CASE("a photograph that is replaced while it is read is the old one or the 
   CHECK(read_whole > 0);
 }
 
-TEST_CASE("formats that nobody photographs in are refused by their first bytes, whatever their names say") {
+TEST_CASE("files that are no photographs are refused by their first bytes, whatever their names say") {
   const TemporaryFolder folder;
   const std::string reason = ": is no JPEG, PNG, TIFF, WebP, OpenEXR, HEIC, AVIF or raw image, by its first bytes";
   const std::string_view first_bytes =

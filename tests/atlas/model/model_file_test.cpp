@@ -162,7 +162,7 @@ TEST_CASE("a model keeps how well its cells are covered and how far they are off
 // 1 for each tile that is there.
 std::vector<bool> resident(const TileTable& tiles) {
   std::vector<bool> there;
-  for (const std::uint32_t slot : tiles.slots) there.push_back(slot != kNotResident);
+  for (const std::uint32_t slot : tiles.slots) there.push_back(slot != TilePlace::none);
   return there;
 }
 
@@ -677,7 +677,8 @@ TEST_CASE("a full disk leaves the model that was there, and nothing else") {
 // A snapshot whose slot 0 has no resident tile any more, and whose table still says so tile by tile.
 Snapshot with_idle_view() {
   Snapshot snapshot = small_snapshot({}, {8, 2, 0});
-  for (std::uint32_t tile = 0; tile < snapshot.tiles.first_tile[1]; ++tile) snapshot.tiles.slots[tile] = kNotResident;
+  for (std::uint32_t tile = 0; tile < snapshot.tiles.first_tile[1]; ++tile)
+    snapshot.tiles.slots[tile] = TilePlace::none;
   return snapshot;
 }
 

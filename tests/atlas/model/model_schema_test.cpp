@@ -97,7 +97,7 @@ class Checker {
 CellShares own_shares(const Surface& surface) {
   CellShares shares;
   for (std::uint32_t cell = 0; cell < surface.cells.cells.size(); ++cell) {
-    shares.zones.push_back({cell, kNoCell, kNoCell, kNoCell});
+    shares.zones.push_back({CellId{cell}, CellId::none, CellId::none, CellId::none});
   }
   shares.zone_of_face = surface.cells.cell_of_face;
   const glm::vec4 all(1, 0, 0, 0);
@@ -135,7 +135,7 @@ void names_in(const json& value, std::vector<std::string>& names) {
   }
 }
 
-TEST_CASE("every property of the schema is written, but for glTF's own") {
+TEST_CASE("every property of the schema is written, except glTF's own") {
   std::vector<std::string> written, listed;
   Snapshot snapshot = small_snapshot({}, {8, 2, 0});
   snapshot.cell_coverage.assign(snapshot.cell_seen.size(), 0.5f);

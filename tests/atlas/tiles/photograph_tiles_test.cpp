@@ -94,7 +94,7 @@ TEST_CASE("pages grow only when there would be too many") {
 
 // Finds by definition every usable pixel of every tile and its gutter.
 std::vector<std::tuple<std::uint32_t, std::uint32_t, std::uint32_t>> shown_by_definition(
-    const StoredView& view, const std::vector<std::uint32_t>& face, const Cells& cells, const TileOptions& options) {
+    const StoredView& view, const std::vector<FaceId>& face, const Cells& cells, const TileOptions& options) {
   const auto width = static_cast<int>(view.camera.width);
   const auto height = static_cast<int>(view.camera.height);
   const auto size = static_cast<int>(options.tile_px);
@@ -142,7 +142,7 @@ TEST_CASE("resident pixels are those of resident tiles and their gutters") {
   TileTable table;
   table.options = kSmallTiles;  // 3 x 3 tiles of 8
   table.first_tile = {0, 9};
-  table.slots.assign(9, kNotResident);
+  table.slots.assign(9, TilePlace::none);
   table.slots[4] = 3;  // x 8..16, y 8..16
   table.slots[8] = 0;  // x 16..20, y 16..17
   CHECK(table.resident_tiles() == 2);
@@ -208,7 +208,7 @@ TEST_CASE("each rule of cutting views into tiles is checked by name") {
   const auto surface = wall_and_panel(3);
   const Camera camera = forward_camera(9, 9);
   const StoredView view = traced_view(*surface, "a", camera, position_photograph(9, 9));
-  std::vector<std::uint32_t> face = make_ray_visibility(surface->mesh)->trace(camera).face;
+  std::vector<FaceId> face = make_ray_visibility(surface->mesh)->trace(camera).face;
   face[40] = 34;
   CHECK_THROWS_MATCHES(shown_cells(view, face, surface->cells, kSmallTiles), std::invalid_argument,
                        Catch::Message("tiles: view a shows face 34, the mesh has 34"));
@@ -229,13 +229,13 @@ TEST_CASE("tiles follow their cells when these are numbered anew") {
   for (int step = 0; step < 8; ++step) stream.step(random);
   const std::uint32_t before = stream.atlas.snapshot().tiles.resident_tiles();
   const auto turned = std::make_shared<Surface>(*stream.surface);
-  std::vector<std::uint32_t> previous_cell;
-  for (std::uint32_t cell = 0; cell < 9; ++cell) previous_cell.push_back(8 - cell);
+  std::vector<CellId> previous_cell;
+  for (std::uint32_t cell = 0; cell < 9; ++cell) previous_cell.emplace_back(8 - cell);
   for (std::uint32_t& cell : turned->cells.cell_of_face) cell = 8 - cell;
   turned->cells = measure_cells(turned->mesh, turned->cells.cell_of_face, turned->cells.size);
   stream.atlas.replace_surface(turned, previous_cell);
   CHECK(stream.atlas.snapshot().tiles.resident_tiles() == before);
-  stream.atlas.replace_surface(stream.surface, std::vector<std::uint32_t>(9, kNoCell));
+  stream.atlas.replace_surface(stream.surface, std::vector<CellId>(9, CellId::none));
   CHECK(stream.atlas.snapshot().tiles.resident_tiles() == 0);  // no cell is known to be shown anywhere
 }
 

@@ -60,7 +60,7 @@ void check_sums(const std::vector<std::map<std::uint32_t, float>>& by_vertex) {
   for (const auto& cells : by_vertex) {
     float sum = 0;
     for (const auto& [cell, share] : cells) {
-      REQUIRE(cell != kNoCell);
+      REQUIRE(cell != CellId::none);
       sum += share;
     }
     REQUIRE(sum == Approx(1).margin(1e-6));
@@ -72,7 +72,8 @@ TEST_CASE("without a width every face is its own cell's alone") {
   const CellShares shares = share_cells(surface, 0);
   for (std::size_t face = 0; face < surface.mesh.faces.size(); ++face) {
     const CellShares::Zone& zone = shares.zones[shares.zone_of_face[face]];
-    REQUIRE(zone == CellShares::Zone{surface.cells.cell_of_face[face], kNoCell, kNoCell, kNoCell});
+    REQUIRE(zone ==
+            CellShares::Zone{CellId{surface.cells.cell_of_face[face]}, CellId::none, CellId::none, CellId::none});
     for (const glm::vec4& corner : shares.corners[face]) REQUIRE(corner == glm::vec4(1, 0, 0, 0));
   }
 }
@@ -158,7 +159,7 @@ TEST_CASE("surfaces that only touch share nothing") {
   apart.cells = measure_cells(apart.mesh, std::move(cell_of_face), 1);
   const CellShares shares = share_cells(apart, 100);
   for (std::size_t face = 0; face < apart.mesh.faces.size(); ++face) {
-    CHECK(shares.zones[shares.zone_of_face[face]][1] == kNoCell);
+    CHECK(shares.zones[shares.zone_of_face[face]][1] == CellId::none);
   }
 }
 

@@ -19,7 +19,14 @@
 namespace lumatlas {
 namespace {
 
-using Faces = std::vector<std::uint32_t>;
+using Faces = std::vector<FaceId>;
+
+// The first `count` faces, in order.
+Faces first_faces(std::size_t count) {
+  Faces faces;
+  for (std::uint32_t face = 0; face < count; ++face) faces.emplace_back(face);
+  return faces;
+}
 
 constexpr double kSize = 0.2;
 
@@ -71,7 +78,7 @@ Change without_ball(const Mesh& mesh, const glm::vec3& center, float radius) {
   for (std::uint32_t face = 0; face < mesh.faces.size(); ++face) {
     if (glm::distance(middle_of(mesh, mesh.faces[face]), center) < radius) continue;
     change.mesh.faces.push_back(mesh.faces[face]);
-    change.previous_face.push_back(face);
+    change.previous_face.emplace_back(face);
   }
   return change;
 }
@@ -79,14 +86,13 @@ Change without_ball(const Mesh& mesh, const glm::vec3& center, float radius) {
 // The same surface with its faces and vertices in another order and each face's corners turned.
 Change shuffled(const Mesh& mesh, unsigned seed) {
   std::mt19937 random(seed);
-  Faces place(mesh.positions.size());
+  std::vector<std::uint32_t> place(mesh.positions.size());
   std::iota(place.begin(), place.end(), 0u);
   std::shuffle(place.begin(), place.end(), random);
   Change change;
   change.mesh.positions.resize(mesh.positions.size());
   for (std::size_t i = 0; i < place.size(); ++i) change.mesh.positions[place[i]] = mesh.positions[i];
-  change.previous_face.resize(mesh.faces.size());
-  std::iota(change.previous_face.begin(), change.previous_face.end(), 0u);
+  change.previous_face = first_faces(mesh.faces.size());
   std::shuffle(change.previous_face.begin(), change.previous_face.end(), random);
   for (const std::uint32_t previous : change.previous_face) {
     const glm::uvec3& face = mesh.faces[previous];
@@ -135,14 +141,14 @@ void check_growth(const Mesh& mesh_before, const Cells& before, const Change& ch
     for (const std::uint32_t face : new_faces.at(cell)) {
       const std::uint32_t previous = change.previous_face[face];
       were.insert(previous);
-      same_place = same_place && previous != kNoFace && is_at_place(mesh_before, previous, change.mesh, face);
+      same_place = same_place && previous != FaceId::none && is_at_place(mesh_before, previous, change.mesh, face);
     }
     const std::uint32_t previous = growth.previous_cell[cell];
-    const bool unchanged = previous != kNoCell && same_place && were == old_faces.at(previous);
+    const bool unchanged = previous != CellId::none && same_place && were == old_faces.at(previous);
     REQUIRE(growth.changed[cell] == (unchanged ? 0 : 1));
     if (unchanged) REQUIRE(same(cells.cells[cell], before.cells[previous]));
   }
-  const auto first_new = std::find(growth.previous_cell.begin(), growth.previous_cell.end(), kNoCell);
+  const auto first_new = std::find(growth.previous_cell.begin(), growth.previous_cell.end(), CellId::none);
   CHECK(std::is_sorted(growth.previous_cell.begin(), growth.previous_cell.end()));
   CHECK(std::adjacent_find(growth.previous_cell.begin(), first_new) == first_new);
   auto next = static_cast<std::uint32_t>(first_new - growth.previous_cell.begin());
@@ -156,7 +162,7 @@ void check_growth(const Mesh& mesh_before, const Cells& before, const Change& ch
 void check_faces_stay(const Cells& before, const Change& change, const CellGrowth& growth) {
   std::size_t strayed = 0;
   for (std::size_t face = 0; face < change.previous_face.size(); ++face) {
-    if (change.previous_face[face] == kNoFace) continue;
+    if (change.previous_face[face] == FaceId::none) continue;
     const std::uint32_t cell = before.cell_of_face[change.previous_face[face]];
     strayed += growth.previous_cell[growth.cells.cell_of_face[face]] != cell;
   }
@@ -164,7 +170,7 @@ void check_faces_stay(const Cells& before, const Change& change, const CellGrowt
 }
 
 std::size_t count_new(const CellGrowth& growth) {
-  return static_cast<std::size_t>(std::count(growth.previous_cell.begin(), growth.previous_cell.end(), kNoCell));
+  return static_cast<std::size_t>(std::count(growth.previous_cell.begin(), growth.previous_cell.end(), CellId::none));
 }
 
 std::size_t count_changed(const CellGrowth& growth) {
@@ -220,9 +226,9 @@ TEST_CASE("where faces are removed, only the cells that had them change, and tho
     check_faces_stay(before, change, growth);
     CHECK(count_new(growth) == 0);
     CHECK(count_changed(growth) > 0);
-    std::set<std::uint32_t> left;
-    for (const std::uint32_t face : change.previous_face) left.insert(before.cell_of_face[face]);
-    CHECK(Faces(left.begin(), left.end()) == growth.previous_cell);
+    std::set<CellId> left;
+    for (const FaceId face : change.previous_face) left.emplace(before.cell_of_face[face]);
+    CHECK(std::vector<CellId>(left.begin(), left.end()) == growth.previous_cell);
     CHECK(left.size() < before.cells.size());
   }
 }
@@ -251,8 +257,7 @@ TEST_CASE("an added component gets the cells that it would have alone, and no ot
 TEST_CASE("a cell with a moved vertex keeps its faces and is measured anew") {
   const Mesh mesh = scene(5);
   const Cells before = make_cells(mesh, options_of(Partition::clusters));
-  Change change{mesh, Faces(mesh.faces.size())};
-  std::iota(change.previous_face.begin(), change.previous_face.end(), 0u);
+  Change change{mesh, first_faces(mesh.faces.size())};
   constexpr std::uint32_t kVertex = 15 * 31 + 15;
   change.mesh.positions[kVertex].z += 0.1f;
   const CellGrowth growth = grow(mesh, before, change, Partition::clusters);
@@ -275,7 +280,7 @@ TEST_CASE("a face that was turned round has moved") {
   check_growth(mesh, before, change, growth);
   CHECK(count_changed(growth) == growth.cells.cells.size());
   CHECK(growth.cells.cells[0].normal == glm::dvec3(0, 0, -1));
-  CHECK(match_faces(mesh, change.mesh) == Faces{kNoFace, kNoFace});
+  CHECK(match_faces(mesh, change.mesh) == Faces{FaceId::none, FaceId::none});
 }
 
 TEST_CASE("a mesh replaced as a whole gets new cells, those of a mesh that begins") {
@@ -292,7 +297,7 @@ TEST_CASE("a mesh replaced as a whole gets new cells, those of a mesh that begin
 TEST_CASE("cells of a mesh that begins are those of make_cells") {
   const Mesh mesh = scene(8);
   for (const CellOptions& options : {CellOptions{}, options_of(Partition::grid)}) {
-    const CellGrowth growth = grow_cells({}, {}, mesh, Faces(mesh.faces.size(), kNoFace), options);
+    const CellGrowth growth = grow_cells({}, {}, mesh, Faces(mesh.faces.size(), FaceId::none), options);
     CHECK(same(growth.cells, make_cells(mesh, options)));
     CHECK(count_new(growth) == growth.cells.cells.size());
     CHECK(count_changed(growth) == growth.cells.cells.size());
@@ -378,8 +383,7 @@ Change random_change(const Mesh& whole, const Mesh& mesh, std::mt19937& random) 
       return change;
     }
     default: {
-      Change change{mesh, Faces(mesh.faces.size())};
-      std::iota(change.previous_face.begin(), change.previous_face.end(), 0u);
+      Change change{mesh, first_faces(mesh.faces.size())};
       for (glm::vec3& p : change.mesh.positions) {
         if (glm::distance(p, center) < radius) p += glm::vec3(0, 0, 0.003f);
       }
@@ -439,7 +443,7 @@ TEST_CASE("a surface whose parts are replaced again and again does not fall to p
     for (const glm::uvec3& face : whole.faces) {
       if (glm::distance(middle_of(whole, face), center) < 0.35f) change.mesh.faces.push_back(face);
     }
-    change.previous_face.resize(change.mesh.faces.size(), kNoFace);
+    change.previous_face.resize(change.mesh.faces.size(), FaceId::none);
     cells = grow(mesh, cells, change, Partition::clusters).cells;
     mesh = std::move(change.mesh);
     most = std::max(most, cells.cells.size());
@@ -468,10 +472,10 @@ TEST_CASE("faces at one place are matched one to one, in their order") {
   const Mesh mesh = plane(1, 1);
   const Mesh twice = joined(mesh, mesh);
   CHECK(match_faces(twice, twice) == Faces{0, 1, 2, 3});
-  CHECK(match_faces(mesh, twice) == Faces{0, 1, kNoFace, kNoFace});
+  CHECK(match_faces(mesh, twice) == Faces{0, 1, FaceId::none, FaceId::none});
   CHECK(match_faces(twice, mesh) == Faces{0, 1});
   CHECK(match_faces(mesh, {}) == Faces{});
-  CHECK(match_faces({}, mesh) == Faces{kNoFace, kNoFace});
+  CHECK(match_faces({}, mesh) == Faces{FaceId::none, FaceId::none});
 }
 
 TEST_CASE("faces match to the bit, and a zero is a zero") {
@@ -480,9 +484,9 @@ TEST_CASE("faces match to the bit, and a zero is a zero") {
   for (glm::vec3& p : other.positions) p.z = -0.0f;
   CHECK(match_faces(mesh, other) == Faces{0, 1});
   other.positions[1].x = std::nextafter(other.positions[1].x, 2.0f);  // a corner of the first alone
-  CHECK(match_faces(mesh, other) == Faces{kNoFace, 1});
+  CHECK(match_faces(mesh, other) == Faces{FaceId::none, 1});
   other.positions[1].x = std::nanf("");
-  CHECK(match_faces(mesh, other) == Faces{kNoFace, 1});
+  CHECK(match_faces(mesh, other) == Faces{FaceId::none, 1});
   CHECK(match_faces(other, other) == Faces{0, 1});
 }
 
@@ -519,7 +523,7 @@ TEST_CASE("a growth that makes no sense is refused") {
   wrong = cells;
   wrong.size = 0;
   refused(wrong, mesh, previous, {}, "cells: the size before is 0, must be finite and above 0");
-  const Cells one = measure_cells(mesh, Faces(8, 0), kSize);
+  const Cells one = measure_cells(mesh, std::vector<std::uint32_t>(8, 0), kSize);
   refused(one, mesh, previous, options_of(Partition::grid),
           "cells: cell 0 before is not the faces in one cube of size 0.2, must be for a grid");
   CHECK_NOTHROW(grow_cells(mesh, cells, mesh, previous, {}));

@@ -208,7 +208,7 @@ TEST_CASE("PLY and OBJ: a concave polygon is not cut into a fan, also if its ver
   CHECK(area(obj("f 1 2 3 4\nv 1 0 0\nv 0 1 0\nv -1 0 0\nv 0 0.2 0\n")) == Approx(0.8));
 }
 
-TEST_CASE("PLY: bytes that the header does not declare are refused, but for empty lines and padding") {
+TEST_CASE("PLY: bytes that the header does not declare are refused, except empty lines and padding") {
   CHECK(ply(triangle_with_faces("1", "3 0 1 2\n \r\n\n")).faces.size() == 1);
   check_refused_ply(triangle_with_faces("1", "3 0 1 2\n3 0 2 1\n"),
                     "8 bytes follow after all records that its header declares, 3 of 'vertex' and 1 of 'face'; the "

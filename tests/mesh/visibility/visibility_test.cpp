@@ -73,10 +73,11 @@ TEST_CASE("depth is z in the camera frame, not the distance along the ray") {
 TEST_CASE("a surface is seen from behind as from the front, and one behind the camera is not seen") {
   Mesh turned = wall_at(3);
   for (glm::uvec3& face : turned.faces) std::swap(face.y, face.z);
-  for (const std::uint32_t face : make_ray_visibility(turned)->trace(straight_camera()).face) CHECK(face != kNoFace);
+  for (const std::uint32_t face : make_ray_visibility(turned)->trace(straight_camera()).face)
+    CHECK(face != FaceId::none);
   const VisibilityBuffer behind = make_ray_visibility(wall_at(-3))->trace(straight_camera());
   for (std::size_t pixel = 0; pixel < behind.face.size(); ++pixel) {
-    CHECK(behind.face[pixel] == kNoFace);
+    CHECK(behind.face[pixel] == FaceId::none);
     CHECK(std::isinf(behind.depth[pixel]));
   }
 }
@@ -87,8 +88,8 @@ TEST_CASE("pixels are sampled at their centres") {
   half.positions[0].x = half.positions[3].x = 0;
   const VisibilityBuffer buffer = make_ray_visibility(half)->trace(straight_camera());
   for (std::size_t y = 0; y < 21; ++y) {
-    CHECK(buffer.face[33 * y + 15] == kNoFace);
-    CHECK(buffer.face[33 * y + 16] != kNoFace);
+    CHECK(buffer.face[33 * y + 15] == FaceId::none);
+    CHECK(buffer.face[33 * y + 16] != FaceId::none);
   }
 }
 
@@ -109,7 +110,7 @@ TEST_CASE("the nearest triangle of many is found, as by trying them all") {
     if (least_margin < 1e-4) continue;
     ++compared;
     if (std::isinf(nearest)) {
-      CHECK(buffer.face[pixel] == kNoFace);
+      CHECK(buffer.face[pixel] == FaceId::none);
     } else {
       CHECK(static_cast<double>(buffer.depth[pixel]) == Approx(nearest).epsilon(1e-4));
     }
@@ -132,7 +133,7 @@ TEST_CASE("no ray leaks through the edges that faces share") {
     camera.cam_from_world_rotation = glm::mat3_cast(glm::angleAxis(0.5 * turn, glm::normalize(glm::dvec3(1, 2, turn))));
     camera.cam_from_world_translation = camera.cam_from_world_rotation * glm::dvec3(0.1, -0.2, 0.3);
     const VisibilityBuffer buffer = visibility->trace(camera);
-    CHECK(std::count(buffer.face.begin(), buffer.face.end(), kNoFace) == 0);
+    CHECK(std::count(buffer.face.begin(), buffer.face.end(), FaceId::none) == 0);
   }
 }
 
@@ -168,9 +169,9 @@ TEST_CASE("a part of the buffer is that part of the whole to the bit, and nothin
     std::size_t seen = 0;
     for (std::size_t pixel = 0; pixel < wanted.size(); ++pixel) {
       const bool same = part.face[pixel] == whole.face[pixel] && part.depth[pixel] == whole.depth[pixel];
-      const bool nothing = part.face[pixel] == kNoFace && std::isinf(part.depth[pixel]);
+      const bool nothing = part.face[pixel] == FaceId::none && std::isinf(part.depth[pixel]);
       if (!(wanted[pixel] ? same : nothing)) FAIL_CHECK("one of " << one_of << ", pixel " << pixel);
-      seen += part.face[pixel] != kNoFace ? 1 : 0;
+      seen += part.face[pixel] != FaceId::none ? 1 : 0;
     }
     CHECK(seen > 0);
   }
@@ -258,9 +259,9 @@ TEST_CASE("sparse rays find depth to a thousandth, edges of depth to the pixel, 
     double worst = 0;
     std::size_t wrong = 0, interpolated = 0, edges = 0, far_face = 0;
     for (std::size_t pixel = 0; pixel < whole.face.size(); ++pixel) {
-      const bool seen = whole.face[pixel] != kNoFace;
-      wrong += (sparse.face[pixel] != kNoFace) != seen || std::isinf(sparse.depth[pixel]) == seen;
-      if (!seen || sparse.face[pixel] == kNoFace) continue;
+      const bool seen = whole.face[pixel] != FaceId::none;
+      wrong += (sparse.face[pixel] != FaceId::none) != seen || std::isinf(sparse.depth[pixel]) == seen;
+      if (!seen || sparse.face[pixel] == FaceId::none) continue;
       worst = std::max(worst, std::abs(static_cast<double>(sparse.depth[pixel]) / whole.depth[pixel] - 1));
       interpolated += std::abs(sparse.depth[pixel] - whole.depth[pixel]) > 1e-6f * whole.depth[pixel];
       edges += at_depth_edge(whole, pixel % width, pixel / width);

@@ -43,7 +43,7 @@ TEST_CASE("a cell's demand equals one worked by hand") {
   CHECK(demand.ideal_distance() == Approx(std::exp2(1.375)));
 }
 
-TEST_CASE("a cell that nobody sees, or only from its centroid, is asked for by nobody") {
+TEST_CASE("a cell that no view sees, or only from its centroid, has no demand") {
   CHECK(CellDemand().weight(0) == 0);
   CHECK(CellDemand().weight(10) == 0);
   CHECK(CellDemand().ideal_distance() == 0);

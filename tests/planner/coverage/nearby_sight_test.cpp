@@ -63,7 +63,7 @@ TEST_CASE("what a stored view sees in another size is what rays find", "[nearby 
   }
 }
 
-TEST_CASE("what a camera some pixels away sees is what rays find, but for the image's border", "[nearby sight]") {
+TEST_CASE("what a camera some pixels away sees is what rays find, except at the image's border", "[nearby sight]") {
   const Relief relief;
   const Camera camera = camera_on_arc(-8);
   const VisibilityBuffer visible = relief.visibility->trace(camera);
@@ -87,7 +87,7 @@ TEST_CASE("between two surfaces there is none", "[nearby sight]") {
   for (std::size_t pixel = 0; pixel < seen.depth.size(); ++pixel) {
     const float z = seen.depth[pixel];
     if (!std::isfinite(z)) {
-      CHECK(seen.face[pixel] == kNoFace);
+      CHECK(seen.face[pixel] == FaceId::none);
       ++beside;
     } else if (std::abs(z - 2) < 1e-4f) {
       ++on_panel;
@@ -105,10 +105,12 @@ TEST_CASE("between two surfaces there is none", "[nearby sight]") {
   CHECK(between == 0);
 }
 
-TEST_CASE("a view's faces by runs are those of its pixels, but for others of the same cell", "[nearby sight]") {
+TEST_CASE("a view's faces by runs are those of its pixels, or others of the same cell", "[nearby sight]") {
   const std::vector<std::uint32_t> cell_of_face = {0, 0, 1, 1, 2};
-  const std::vector<std::uint32_t> face = {0, 1, 2, kNoFace, kNoFace, kNoFace, kNoFace, kNoFace, 4, 4, 3, 0};
-  const std::vector<std::uint32_t> of_cells = {0, 0, 2, kNoFace, kNoFace, kNoFace, kNoFace, kNoFace, 4, 4, 3, 0};
+  const std::vector<FaceId> face = {0, 1, 2, FaceId::none, FaceId::none, FaceId::none, FaceId::none, FaceId::none, 4,
+                                    4, 3, 0};
+  const std::vector<FaceId> of_cells = {
+      0, 0, 2, FaceId::none, FaceId::none, FaceId::none, FaceId::none, FaceId::none, 4, 4, 3, 0};
   const std::vector<SeenFaces> runs = seen_faces(face, cell_of_face);
   CHECK(runs.size() == 6);
   CHECK(faces_of(runs) == of_cells);

@@ -537,7 +537,7 @@ TEST_CASE("what a view sees is asked once for its place and its masks, and masks
     for (std::size_t i = 0; i < 6; ++i) {
       const Frame f = walk.frame(i, 0, 0);
       VisibilityBuffer visible = relief.visibility->trace(f.given);
-      const std::vector<std::uint32_t> face = with_faces ? visible.face : std::vector<std::uint32_t>();
+      const std::vector<FaceId> face = with_faces ? visible.face : std::vector<FaceId>();
       Photograph photograph = relief.photograph(f.truth);
       if (i == 5) std::fill(photograph.rgb.begin(), photograph.rgb.begin() + 3 * 40 * photograph.width, 40);
       TiledView tiled = make_tiled_view(f.name, f.given, std::move(photograph), std::move(visible),
@@ -567,7 +567,7 @@ TEST_CASE("what a view sees is asked once for its place and its masks, and masks
     CHECK(a.tiles.slots == b.tiles.slots);
   }
   CHECK(any_masked);
-  CHECK_THROWS_WITH(with.stored(0, told.view(0)->camera, Refinement{}, {std::vector(3, 0u)}),
+  CHECK_THROWS_WITH(with.stored(0, told.view(0)->camera, Refinement{}, std::vector<FaceId>(3, 0)),
                     Catch::Contains("the size of face is 3, must be the number of the view's pixels"));
 }
 
@@ -704,7 +704,7 @@ TEST_CASE("while views rest exposures are found nearly as well as in full") {
   CHECK(stream.worst_exposure_error(frames) < 0.03);
 }
 
-TEST_CASE("polishing finds a wrong pose that nobody has looked at, however long views have rested") {
+TEST_CASE("polishing finds a wrong pose that was never compared, however long views have rested") {
   RefinerAlone alone(20);
   for (std::size_t i = 0; i < 19; ++i) {
     alone.store(alone.walk.frame(i, 0, 0), true);

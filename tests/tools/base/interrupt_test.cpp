@@ -118,7 +118,7 @@ TEST_CASE("the first signal alone does not end the program, the second does, eve
                 SIGTERM));
 }
 
-TEST_CASE("a terminal that goes and a pipe that nobody reads repeat themselves, and do not kill at once") {
+TEST_CASE("a closed terminal and a pipe without a reader repeat themselves, and do not kill at once") {
   for (const int signal : {SIGHUP, SIGPIPE}) {
     CHECK(ended(wait_status_of([&] {
       install_interrupt_handler();

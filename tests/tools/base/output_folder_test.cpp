@@ -187,7 +187,7 @@ TEST_CASE("what a killed process left behind is removed by the next output besid
   CHECK_FALSE(fs::exists(dead_file));
 }
 
-TEST_CASE("a folder that somebody else fills meanwhile is refused at commit") {
+TEST_CASE("a folder that another process fills meanwhile is refused at commit") {
   const TemporaryFolder folder;
   const fs::path target = folder.path() / "out";
   {

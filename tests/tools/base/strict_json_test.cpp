@@ -22,7 +22,7 @@ std::string nested(int depth, const std::string& open, const std::string& close)
   return text;
 }
 
-TEST_CASE("JSON is read to a depth of a hundred and refused beyond, whoever reads it") {
+TEST_CASE("JSON is read to a depth of a hundred and refused beyond, by every reader") {
   const TemporaryFolder folder;
   CHECK_NOTHROW(parse_json(nested(kDeepestJson, "[", "]"), "a.json"));
   CHECK_NOTHROW(parse_json(nested(kDeepestJson, "{\"a\":", "}"), "a.json"));

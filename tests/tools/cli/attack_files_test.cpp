@@ -143,7 +143,7 @@ TEST_CASE("whichever streams are closed, a run ends as it should and its output 
   }
 }
 
-TEST_CASE("whichever streams are closed, a model is served until Ctrl-C, or refused because nobody can be told where") {
+TEST_CASE("whichever streams are closed, a model is served until Ctrl-C, or refused if its address cannot be printed") {
   for (int closed = 0; closed < 8; ++closed) {
     CAPTURE(closed);
     const Run run({"view", made().model, "--no-browser"}, [closed] {
@@ -301,7 +301,7 @@ TEST_CASE("a terminal that goes, a reader that goes, and Ctrl-C in the middle of
   }
 }
 
-TEST_CASE("results that nobody reads end the program as its shell expects") {
+TEST_CASE("results without a reader end the program as its shell expects") {
   std::array<int, 2> ends{};
   REQUIRE(pipe(ends.data()) == 0);
   close(ends[0]);

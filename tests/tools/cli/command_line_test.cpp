@@ -507,7 +507,7 @@ TEST_CASE("an option that is refused is told in one sentence of plain words") {
         "--views, --path, --orbit, --walk or --hilbert: must be given once, to say from where");
 }
 
-TEST_CASE("visibility on the GPU gives the model that rays give, but for a few pixels") {
+TEST_CASE("visibility on the GPU gives the model that rays give, except for a few pixels") {
   const TemporaryFolder folder;
   const auto build = [&](const std::string& way) {
     return lumatlas_here({"build", made().scene, "-o", (folder / way).string(), "--refine", "none", "--visibility-by",
@@ -735,7 +735,7 @@ TEST_CASE("build ends with the lines to type next, unless it is to be quiet") {
              Catch::EndsWith("score it:   lumatlas validate '" + model + "' --views " + made().scene + "\n"));
 }
 
-TEST_CASE("damaged photographs are named in one line, of whoever reads them") {
+TEST_CASE("damaged photographs are named in one line by every command that reads them") {
   const TemporaryFolder folder;
   const std::string out = (folder / "out").string();
   const std::string header = bytes_of(fs::path(made().scene) / "images/0001.png").substr(0, 33);

@@ -92,7 +92,7 @@ struct DoorwayScene {
       const std::size_t x = pixel % camera.width, y = pixel / camera.width;
       const glm::dvec3 ray = camera.ray({static_cast<double>(x) + 0.5, static_cast<double>(y) + 0.5});
       const glm::dvec3 point = camera.center() + double{seen.depth[pixel]} * ray;
-      const bool is_known = seen.face[pixel] != kNoFace;
+      const bool is_known = seen.face[pixel] != FaceId::none;
       float depth = is_known ? measured.depth[pixel] : 0;
       if (is_known && is_plain(point)) depth *= static_cast<float>(misread);
       view.measured.depth.push_back(depth);

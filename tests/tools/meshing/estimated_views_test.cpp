@@ -65,7 +65,7 @@ TEST_CASE("points behind the camera and beside its picture are not seen") {
   CHECK(estimated_views({}, {}, std::vector{walls.view}, [] {}).empty());
 }
 
-TEST_CASE("of many views so many are kept as the rule says, ascending, the first among them") {
+TEST_CASE("of many views the number that the rule gives is kept, ascending, the first among them") {
   const TwoWalls walls;
   std::size_t looked = 0;
   std::mutex counting;

@@ -47,7 +47,7 @@ TEST_CASE("a mode of cells tells each pixel's cell, and keeps unseen apart from 
   for (std::size_t pixel = 0; pixel < visible.face.size(); ++pixel) {
     PixelMark expected = PixelMark::no_surface;
     std::uint32_t cell = 0;
-    if (visible.face[pixel] != kNoFace) {
+    if (visible.face[pixel] != FaceId::none) {
       cell = snapshot.surface->cells.cell_of_face[visible.face[pixel]];
       const bool referenced = !snapshot.references.of_cell(cell).empty();
       expected = cell % 3 == 0 ? PixelMark::unseen : referenced ? PixelMark::number : PixelMark::untextured;
@@ -80,7 +80,7 @@ TEST_CASE("mode trust shows the shift by the surface's deviation, and needs a mo
   const FloatImage trust = FrameRenderer(snapshot, options, nullptr).numbers(camera, nullptr);
   REQUIRE(trust.values.size() == visible.face.size());
   for (std::size_t pixel = 0; pixel < visible.face.size(); ++pixel) {
-    const bool seen = visible.face[pixel] != kNoFace;
+    const bool seen = visible.face[pixel] != FaceId::none;
     const std::uint32_t cell = seen ? snapshot.surface->cells.cell_of_face[visible.face[pixel]] : 0;
     const bool counts = seen && snapshot.cell_seen[cell] != 0 && !snapshot.references.of_cell(cell).empty();
     REQUIRE(std::isnan(trust.values[pixel]) == !counts);
@@ -211,7 +211,7 @@ TEST_CASE("what needs no renderer is drawn without OpenGL: depth by rays, and ce
     CHECK(numbers.width == camera.width);
     if (mode == Mode::depth) {
       for (std::size_t pixel = 0; pixel < visible.depth.size(); ++pixel) {
-        if (visible.face[pixel] != kNoFace) REQUIRE(numbers.values[pixel] == visible.depth[pixel]);
+        if (visible.face[pixel] != FaceId::none) REQUIRE(numbers.values[pixel] == visible.depth[pixel]);
       }
     }
     CHECK(renderer.picture(camera, nullptr).picture.height > camera.height);

@@ -146,7 +146,7 @@ TEST_CASE("snapshots that are taken while a model is built do not change it") {
   CHECK(watched == nullptr);
   const auto resident = [](const Snapshot& snapshot) {
     std::vector<bool> tiles;
-    for (const std::uint32_t slot : snapshot.tiles.slots) tiles.push_back(slot != kNotResident);
+    for (const std::uint32_t slot : snapshot.tiles.slots) tiles.push_back(slot != TilePlace::none);
     return tiles;
   };
   CHECK(stored(result) == stored(alone));
@@ -364,7 +364,7 @@ TEST_CASE("the order of the stream changes which views come when, and nothing th
   }
 }
 
-TEST_CASE("whoever chooses, the store holds so many views, and those that were chosen") {
+TEST_CASE("by every choice, the store holds as many views as it may, and those that were chosen") {
   const BuildResult uniform = build_model(small_scene(), options_for(6, ViewChoice::uniform));
   CHECK(stored(uniform) == Names{"0002.png", "0006.png", "0010.png", "0014.png", "0018.png", "0022.png"});
   BuildOptions options = options_for(6, ViewChoice::random);
@@ -389,13 +389,13 @@ TEST_CASE("whoever chooses, the store holds so many views, and those that were c
   CHECK(online.summed_coverage > uniform.summed_coverage);
 }
 
-TEST_CASE("a store that all views fit into holds the same whoever chooses") {
+TEST_CASE("a store that all views fit into holds the same by every choice") {
   for (const ViewChoice choice : {ViewChoice::uniform, ViewChoice::random, ViewChoice::offline}) {
     CHECK(stored(build_model(small_scene(), options_for(100, choice))).size() == kViews);
   }
 }
 
-TEST_CASE("the stored views never take more than the budget, whoever chooses, and use what they may") {
+TEST_CASE("by every choice, the stored views use up their budget and never exceed it") {
   BuildOptions options = options_for(100);
   options.max_views.reset();
   options.planner.max_bytes = 5 * kBytesPerView + kBytesPerView / 2;
@@ -419,7 +419,7 @@ bool has_resident_tile_in_every_view(const Snapshot& snapshot) {
   for (std::size_t view = 0; view < snapshot.views.size(); ++view) {
     const auto begin = snapshot.tiles.slots.begin() + snapshot.tiles.first_tile[view];
     const auto end = snapshot.tiles.slots.begin() + snapshot.tiles.first_tile[view + 1];
-    const bool any = std::any_of(begin, end, [](std::uint32_t slot) { return slot != kNotResident; });
+    const bool any = std::any_of(begin, end, [](std::uint32_t slot) { return slot != TilePlace::none; });
     if (any != (snapshot.views[view] != nullptr)) return false;
   }
   return true;

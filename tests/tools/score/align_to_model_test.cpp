@@ -60,7 +60,7 @@ TEST_CASE("a held-out pose comes back to a tenth of a pixel, with one picture, w
   }
 }
 
-TEST_CASE("a pose that is near comes back but for the share by which pictures change with it") {
+TEST_CASE("a pose that is near comes back, except for the share by which pictures change with it") {
   for (const double share : {0.3, -0.3}) {
     CAPTURE(share);
     SlidingModel model(share);

@@ -156,7 +156,7 @@ TEST_CASE("of views that there was no time for, a page is told no tiles") {
   const Snapshot all = room(3);
   Snapshot some = all;
   const std::size_t first = some.tiles.first_tile[1], last = some.tiles.first_tile[2], end = some.tiles.slots.size();
-  for (std::size_t tile = first; tile < end; ++tile) some.tiles.slots[tile] = kNotResident;
+  for (std::size_t tile = first; tile < end; ++tile) some.tiles.slots[tile] = TilePlace::none;
   leave_out_views_without_tiles(some);
   REQUIRE_FALSE(some.views[1]);
   REQUIRE_FALSE(some.views[2]);

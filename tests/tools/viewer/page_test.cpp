@@ -42,7 +42,7 @@ void add_versions(std::vector<SiteFile>& files) {
   Snapshot first = site_model();  // whose last views have not come yet
   const std::uint32_t first_missing = first.tiles.first_tile[kSiteViews - 4];
   for (std::size_t tile = first_missing; tile < first.tiles.slots.size(); ++tile)
-    first.tiles.slots[tile] = kNotResident;
+    first.tiles.slots[tile] = TilePlace::none;
   leave_out_views_without_tiles(first);
   const std::chrono::seconds enough = std::chrono::hours(1);
   const std::string type = "application/json";

@@ -36,7 +36,7 @@ void put_under(const SeenSurface& seen, const std::vector<Camera>& turned_away, 
   throw_if_interrupted();
   const std::size_t cells = seen.input.surface->cells.cells.size();
   try {
-    planner.update_surface(seen.input.surface, *seen.visibility, std::vector<std::uint32_t>(cells, kNoCell),
+    planner.update_surface(seen.input.surface, *seen.visibility, std::vector<CellId>(cells, CellId::none),
                            std::vector<std::uint8_t>(cells, 1));
     for (const Camera& camera : turned_away) planner.pass_by(camera);
   } catch (const GlError& error) {

@@ -53,7 +53,7 @@ void leave_out(std::uint32_t slot, Snapshot& store) {
     store.gains[slot] = glm::dvec3(1);
   } else {
     std::fill(tiles.slots.begin() + tiles.first_tile[slot], tiles.slots.begin() + tiles.first_tile[slot + 1],
-              kNotResident);
+              TilePlace::none);
   }
 }
 
@@ -177,7 +177,7 @@ void HeldOutLoss::keep_tiles(double share, Snapshot& store) const {
       const SharedShownCells parts = atlas_.shown(slot);
       std::copy_if(parts->begin(), parts->end(), std::back_inserter(*resident),
                    [&, first = tiles.first_tile[slot]](const ShownCell& part) {
-                     return tiles.slots[first + part.tile] != kNotResident;
+                     return tiles.slots[first + part.tile] != TilePlace::none;
                    });
     }
     shown.push_back(std::move(resident));
@@ -186,7 +186,7 @@ void HeldOutLoss::keep_tiles(double share, Snapshot& store) const {
   const auto kept = static_cast<std::size_t>(std::min(share * of_whole, (1 + share) / 2 * of_fold));
   TileChoice choice =
       choose_tiles({*store.surface, store.views, shown, store.references, std::max<std::size_t>(kept, 1), {}});
-  std::vector<std::uint32_t> slots(tiles.slots.size(), kNotResident);
+  std::vector<TilePlace> slots(tiles.slots.size(), TilePlace::none);
   for (const ViewTile& tile : choice.tiles) {
     const std::size_t place = tiles.first_tile[tile.view] + tile.tile;
     slots[place] = tiles.slots[place];

@@ -34,7 +34,7 @@ struct FrameLook {
   FrameLook(const SmallPhotograph& small, const Visibility& mesh)
       : photograph(small), center(small.camera.center()), visible(mesh.trace(small.camera)) {}
 
-  [[nodiscard]] bool sees_surface(std::size_t pixel) const { return visible.face[pixel] != kNoFace; }
+  [[nodiscard]] bool sees_surface(std::size_t pixel) const { return visible.face[pixel] != FaceId::none; }
   [[nodiscard]] glm::dvec3 point_at(std::size_t pixel) const {
     const std::size_t x = pixel % visible.width, y = pixel / visible.width;
     const glm::dvec2 middle(static_cast<double>(x) + 0.5, static_cast<double>(y) + 0.5);
@@ -151,7 +151,7 @@ FrameError frame_error(const std::vector<FrameLook>& looks, std::size_t own, con
   std::vector<PixelState> shown(look.visible.face.size(), PixelState::empty);
   for (std::size_t pixel = 0; pixel < shown.size(); ++pixel) {
     if (look.photograph.valid[pixel] == 0) continue;
-    if (look.sees_surface(pixel) || (far != nullptr && beyond.face[pixel] != kNoFace)) {
+    if (look.sees_surface(pixel) || (far != nullptr && beyond.face[pixel] != FaceId::none)) {
       shown[pixel] = PixelState::textured;
       ++result.shown;
     } else {

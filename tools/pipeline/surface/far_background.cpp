@@ -84,7 +84,7 @@ std::vector<Glimpse> glimpses_of(const std::vector<SmallPhotograph>& photographs
     visibility.trace(photograph.camera, visible);
     std::vector<std::uint8_t> past = photograph.valid;
     for (std::size_t pixel = 0; pixel < past.size(); ++pixel) {
-      if (visible.face[pixel] != kNoFace) past[pixel] = 0;
+      if (visible.face[pixel] != FaceId::none) past[pixel] = 0;
     }
     past = eroded(past, photograph.camera.width, photograph.camera.height);
     if (std::count(past.begin(), past.end(), 1) > 0) glimpses.push_back({photograph, std::move(past)});
@@ -348,9 +348,9 @@ FrameShare frame_share(const Camera& camera, const Visibility& visibility, const
   for (std::size_t pixel = 0; pixel < near_buffer.face.size(); ++pixel) {
     if (!valid.empty() && valid[pixel] == 0) continue;
     ++pixels;
-    if (near_buffer.face[pixel] != kNoFace) {
+    if (near_buffer.face[pixel] != FaceId::none) {
       ++near;
-    } else if (far != nullptr && far_buffer.face[pixel] != kNoFace) {
+    } else if (far != nullptr && far_buffer.face[pixel] != FaceId::none) {
       ++beyond;
     }
   }

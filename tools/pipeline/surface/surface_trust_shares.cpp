@@ -25,7 +25,7 @@ void count_pixels(const Snapshot& snapshot, const SurfaceDeviation& deviation, c
   const Surface& surface = *snapshot.surface;
   for (std::size_t pixel = 0; pixel < visible.face.size(); ++pixel) {
     const std::uint32_t face = visible.face[pixel];
-    if (face == kNoFace || face >= surface.near_faces()) continue;
+    if (face == FaceId::none || face >= surface.near_faces()) continue;
     const std::uint32_t cell = surface.cells.cell_of_face[face];
     const auto off = static_cast<double>(deviation.of_cell[cell]);
     const double shift = shift_px(off, camera.fx, static_cast<double>(visible.depth[pixel]));

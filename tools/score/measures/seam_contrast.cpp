@@ -83,13 +83,13 @@ bool SeamMeter::neighbours(std::uint32_t a, std::uint32_t b) const {
 // only there.
 bool SeamMeter::crosses_border(const VisibilityBuffer& visible, std::size_t first, std::size_t stride) const {
   const auto face = [&](std::size_t i) { return visible.face[first + i * stride]; };
-  if (face(kBefore) == kNoFace || face(kBefore + 1) == kNoFace) return false;
+  if (face(kBefore) == FaceId::none || face(kBefore + 1) == FaceId::none) return false;
   const std::uint32_t before = cells_.cell_of_face[face(kBefore)];
   const std::uint32_t after = cells_.cell_of_face[face(kBefore + 1)];
   if (before == after || !neighbours(before, after)) return false;
   const glm::dvec3 normal = unit_normal(mesh_, face(kBefore));
   for (std::size_t i = 0; i < kRun; ++i) {
-    if (face(i) == kNoFace || cells_.cell_of_face[face(i)] != (i <= kBefore ? before : after)) return false;
+    if (face(i) == FaceId::none || cells_.cell_of_face[face(i)] != (i <= kBefore ? before : after)) return false;
     if (glm::dot(unit_normal(mesh_, face(i)), normal) < kSmoothCos) return false;
     if (i == 0) continue;
     const auto [near, far] = std::minmax(visible.depth[first + (i - 1) * stride], visible.depth[first + i * stride]);
@@ -105,7 +105,7 @@ void SeamMeter::add(const VisibilityBuffer& visible, const Photograph& rendering
   check_entries("visible.depth", visible.depth.size(), std::size_t{visible.width} * visible.height);
   check_entries("visible.face", visible.face.size(), visible.depth.size());
   for (const std::uint32_t face : visible.face) {
-    if (face == kNoFace || face < mesh_.faces.size()) continue;
+    if (face == FaceId::none || face < mesh_.faces.size()) continue;
     throw std::invalid_argument("seams: the visibility buffer shows face " + std::to_string(face) +
                                 ", must be below the number of faces, " + std::to_string(mesh_.faces.size()));
   }

@@ -249,7 +249,7 @@ TEST_CASE("points are left out by their names, and skipped with a sentence where
   CHECK(stage.calls("synth") == 1);  // of the first sweep
 }
 
-TEST_CASE("one runner at a time works in a folder, and in none that is somebody else's") {
+TEST_CASE("one runner at a time works in a folder, and none in a folder that holds other files") {
   Stage stage;
   const SweepRunner first(stage.options());
   CHECK_THROWS_WITH(SweepRunner(stage.options()), Catch::Contains("another `lumatlas chart` is at work here"));

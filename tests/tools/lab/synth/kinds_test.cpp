@@ -199,7 +199,8 @@ TEST_CASE("beyond the village there is the sky, and no mesh") {
   const VisibilityBuffer visible = make_ray_visibility(scene.geometry.mesh)->trace(camera);
   std::size_t sky = 0;
   for (std::uint32_t x = 1; x + 1 < options.width; ++x) {  // the uppermost row, away from roofs
-    if (visible.face[x - 1] != kNoFace || visible.face[x] != kNoFace || visible.face[x + 1] != kNoFace) continue;
+    if (visible.face[x - 1] != FaceId::none || visible.face[x] != FaceId::none || visible.face[x + 1] != FaceId::none)
+      continue;
     ++sky;
     const glm::vec3 expected =
         synth::sky_color(*scene.sky, glm::vec3(glm::normalize(camera.ray(glm::dvec2(x + 0.5, 0.5)))));
@@ -317,7 +318,7 @@ TEST_CASE("random poses are spread over the scene and see surface, and those of 
     low = glm::min(low, tests[i].center());
     high = glm::max(high, tests[i].center());
     const VisibilityBuffer visible = visibility->trace(tests[i]);
-    const auto seen = visible.face.size() - std::count(visible.face.begin(), visible.face.end(), kNoFace);
+    const auto seen = visible.face.size() - std::count(visible.face.begin(), visible.face.end(), FaceId::none);
     CHECK(static_cast<double>(seen) > 0.6 * static_cast<double>(visible.face.size()));
   }
   for (int axis = 0; axis < 3; ++axis)

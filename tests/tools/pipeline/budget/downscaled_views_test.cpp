@@ -106,7 +106,7 @@ TEST_CASE("a photograph is never predicted by itself") {
   CHECK(result.texel_loss_db < 0);
 }
 
-TEST_CASE("where any loss is too much, photographs are those that nobody tried to downscale") {
+TEST_CASE("where any loss is too much, photographs are as if downscaling had not been tried") {
   const BuildResult full = build_model(sharp_scene(), within(0)), tried = build_model(sharp_scene(), within(1e-6));
   REQUIRE(tried.scale == 1);
   CHECK(tried.texel_loss_db == 0);

@@ -150,7 +150,7 @@ Snapshot with_tiles(const Store& store, std::uint32_t absent, double share) {
   TileTable& tiles = snapshot.tiles;
   const double wanted = share * tiles.resident_tiles();
   const auto begin = tiles.slots.begin();
-  std::fill(begin + tiles.first_tile[absent], begin + tiles.first_tile[absent + 1], kNotResident);
+  std::fill(begin + tiles.first_tile[absent], begin + tiles.first_tile[absent + 1], TilePlace::none);
   leave_out_views_without_tiles(snapshot);
   std::vector<std::uint32_t> others;
   std::vector<SharedShownCells> shown;
@@ -162,7 +162,7 @@ Snapshot with_tiles(const Store& store, std::uint32_t absent, double share) {
   if (share == 1) return snapshot;
   const auto kept = static_cast<std::size_t>(std::min(wanted, (1 + share) / 2 * tiles.resident_tiles()));
   const TileChoice choice = choose_tiles({*snapshot.surface, snapshot.views, shown, snapshot.references, kept, {}});
-  std::vector<std::uint32_t> slots(tiles.slots.size(), kNotResident);
+  std::vector<TilePlace> slots(tiles.slots.size(), TilePlace::none);
   for (const ViewTile& tile : choice.tiles) {
     const std::size_t place = tiles.first_tile[tile.view] + tile.tile;
     slots[place] = tiles.slots[place];

@@ -75,7 +75,7 @@ Photograph doorway_photograph(const Camera& camera, const Visibility& truth) {
     const std::size_t x = pixel % camera.width, y = pixel / camera.width;
     const glm::dvec2 image(static_cast<double>(x) + 0.5, static_cast<double>(y) + 0.5);
     glm::dvec3 light(0);
-    if (visible.face[pixel] != kNoFace) {
+    if (visible.face[pixel] != FaceId::none) {
       light = doorway_light(camera.center() + double{visible.depth[pixel]} * camera.ray(image));
     }
     for (int channel = 0; channel < 3; ++channel) photograph.rgb.push_back(srgb8_from_linear(light[channel]));
