@@ -9,8 +9,8 @@
 
 #include "tools/cli/flags/build_flags.h"
 #include "tools/cli/flags/option_rules.h"
-#include "tools/pipeline/budget/model_budget.h"
 #include "tools/pipeline/build_settings.h"
+#include "tools/pipeline/model_budget.h"
 #include "tools/pipeline/surface/baked_texture.h"
 #include "tools/stereo/scene_stereo.h"
 

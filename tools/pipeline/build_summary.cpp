@@ -11,7 +11,7 @@
 
 #include "mesh/base/median.h"
 #include "mesh/base/number_text.h"
-#include "tools/pipeline/budget/gpu_budget.h"
+#include "tools/budget/gpu_budget.h"
 #include "tools/pipeline/build_settings.h"
 #include "tools/pipeline/refinement/lens_notes.h"
 #include "tools/pipeline/refinement/refinement_json.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "tools/pipeline/budget/model_budget.h"
+#include "tools/pipeline/model_budget.h"
 
 #include <algorithm>
 #include <stdexcept>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "tools/pipeline/budget/parsimony.h"
+#include "tools/pipeline/parsimony.h"
 
 #include <algorithm>
 #include <cstddef>
@@ -14,10 +14,10 @@
 #include "blend/gl/egl_context.h"
 #include "blend/gpu_bytes.h"
 #include "planner/pruning.h"
-#include "tools/pipeline/budget/compressed_views.h"
-#include "tools/pipeline/budget/downscaled_views.h"
-#include "tools/pipeline/budget/held_out_loss.h"
-#include "tools/pipeline/budget/thinned_views.h"
+#include "tools/budget/compressed_views.h"
+#include "tools/budget/downscaled_views.h"
+#include "tools/budget/held_out_loss.h"
+#include "tools/budget/thinned_views.h"
 
 namespace lumatlas {
 
