@@ -162,7 +162,7 @@ void watch_scene(const BuildFlags& flags, BuildOptions& options) {
   if (options.order != StreamOrder::given) {
     refuse("--set stream.order", "must be given with --watch: they come as they come");
   }
-  if (!options.max_views && options.planner.max_bytes + options.gpu_bytes == 0) {
+  if (!options.max_views && options.planner.max_bytes + options.bound.gpu_bytes() == 0) {
     refuse("--budget auto",
            "needs --max-views or --photograph-bytes with --watch, because the number of photographs is not known "
            "beforehand");
