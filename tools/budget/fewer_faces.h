@@ -13,7 +13,7 @@
 #include "mesh/visibility/visibility.h"
 #include "planner/planner.h"
 #include "tools/budget/held_out_loss.h"
-#include "tools/scene/surface_input.h"
+#include "tools/surface/surface_input.h"
 
 namespace lumatlas {
 

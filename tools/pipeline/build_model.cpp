@@ -28,7 +28,7 @@
 #include "tools/pipeline/refinement/lens_refinement.h"
 #include "tools/pipeline/streaming.h"
 #include "tools/pipeline/watched_scene.h"
-#include "tools/scene/surface_input.h"
+#include "tools/surface/surface_input.h"
 
 namespace lumatlas {
 

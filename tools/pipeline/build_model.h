@@ -30,7 +30,7 @@
 #include "tools/pipeline/surface/surface_trust_shares.h"
 #include "tools/pipeline/view_stream.h"
 #include "tools/scene/scene.h"
-#include "tools/scene/surface_input.h"
+#include "tools/surface/surface_input.h"
 
 namespace lumatlas {
 

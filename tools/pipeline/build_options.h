@@ -18,7 +18,7 @@
 #include "tools/pipeline/view_stream.h"
 #include "tools/scene/mesh_frame.h"
 #include "tools/scene/scene.h"
-#include "tools/scene/surface_input.h"
+#include "tools/surface/surface_input.h"
 
 namespace lumatlas {
 

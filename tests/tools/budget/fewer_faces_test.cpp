@@ -15,7 +15,7 @@
 #include "tests/tools/pipeline/sharp_scene.h"
 #include "tools/pipeline/build_model.h"
 #include "tools/pipeline/build_summary.h"
-#include "tools/scene/surface_input.h"
+#include "tools/surface/surface_input.h"
 
 namespace lumatlas {
 namespace {

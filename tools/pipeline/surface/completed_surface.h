@@ -14,7 +14,7 @@
 #include "tools/budget/build_progress.h"
 #include "tools/meshing/contradicted_faces.h"
 #include "tools/scene/scene.h"
-#include "tools/scene/surface_input.h"
+#include "tools/surface/surface_input.h"
 
 namespace lumatlas {
 
