@@ -51,7 +51,7 @@ std::vector<ShownCell> renumbered(std::span<const ShownCell> shown,
                                   const std::vector<std::vector<std::uint32_t>>& cells_now) {
   std::vector<ShownCell> renumbered;
   for (const ShownCell& part : shown) {
-    for (const std::uint32_t cell : cells_now[part.cell]) renumbered.push_back({part.tile, cell, part.pixels});
+    for (const std::uint32_t cell : cells_now[part.cell]) renumbered.push_back({part.tile, CellId{cell}, part.pixels});
   }
   std::sort(renumbered.begin(), renumbered.end(),
             [](const ShownCell& a, const ShownCell& b) { return std::tie(a.tile, a.cell) < std::tie(b.tile, b.cell); });

@@ -126,7 +126,7 @@ TileChoice SnapshotMaker::chosen_tiles() const {
 void SnapshotMaker::make_tiles_resident(Snapshot& snapshot) {
   std::vector<ViewTile> tiles;
   for (std::uint32_t slot = 0; slot < needed_.size(); ++slot) {
-    for (const std::uint32_t tile : needed_[slot]) tiles.push_back({slot, tile});
+    for (const std::uint32_t tile : needed_[slot]) tiles.push_back({ViewSlot{slot}, tile});
   }
   if (layout_.max_tiles > 0 && tiles.size() > layout_.max_tiles) {
     TileChoice choice = chosen_tiles();

@@ -337,7 +337,7 @@ void Chooser::add_candidates(std::uint32_t view, std::span<const ShownCell> show
         !candidates_.empty() && candidates_.back().tile.view == view && candidates_.back().tile.tile == part.tile;
     if (!known) {
       const auto first = static_cast<std::uint32_t>(parts_.size());
-      candidates_.push_back({{view, part.tile}, {first, first}});
+      candidates_.push_back({{ViewSlot{view}, part.tile}, {first, first}});
     }
     const std::vector<ShowingView>& views = cells_[part.cell].views;
     const auto found = std::lower_bound(views.begin(), views.end(), view,

@@ -36,7 +36,7 @@ void require_count(const StoredView& view, const char* what, std::size_t count) 
 // Counts pixels by tile and cell in any order; they are sorted and merged at the end.
 class ShownCount {
  public:
-  void add(std::uint32_t tile, std::uint32_t cell, std::uint32_t pixels) {
+  void add(std::uint32_t tile, CellId cell, std::uint32_t pixels) {
     if (!counts_.empty() && counts_.back().tile == tile && counts_.back().cell == cell) {
       counts_.back().pixels += pixels;  // neighbouring pixels mostly show the same
     } else {
@@ -87,7 +87,7 @@ class ShownInRow {
     for (std::uint32_t y = tile_row * options_.tile_px; y < end; ++y) {
       const TileRange rows(y, grid_.rows, options_);
       for (std::uint32_t x = 0; x < view_.camera.width; ++x) {
-        const std::optional<std::uint32_t> cell = cell_at(std::size_t{y} * view_.camera.width + x);
+        const std::optional<CellId> cell = cell_at(std::size_t{y} * view_.camera.width + x);
         if (!cell) continue;
         const std::uint32_t own = tile_row * grid_.columns + x / options_.tile_px;
         inside.add(own, *cell, 1);
@@ -101,15 +101,15 @@ class ShownInRow {
   }
 
  private:
-  [[nodiscard]] std::optional<std::uint32_t> cell_at(std::size_t pixel) const {
+  [[nodiscard]] std::optional<CellId> cell_at(std::size_t pixel) const {
     const FaceId face = face_[pixel];
     if (view_.mask->validity[pixel] == 0 || face == FaceId::none) return std::nullopt;
-    if (face < cells_.cell_of_face.size()) return cells_.cell_of_face[face];
+    if (face < cells_.cell_of_face.size()) return CellId{cells_.cell_of_face[face]};
     throw std::invalid_argument("tiles: view " + view_.name + " shows face " + std::to_string(face) +
                                 ", the mesh has " + std::to_string(cells_.cell_of_face.size()));
   }
 
-  void add_around(std::uint32_t own, std::uint32_t cell, const TileRange& rows, const TileRange& columns,
+  void add_around(std::uint32_t own, CellId cell, const TileRange& rows, const TileRange& columns,
                   ShownCount& around) const {
     for (std::uint32_t row = rows.first; row <= rows.last; ++row) {
       for (std::uint32_t column = columns.first; column <= columns.last; ++column) {

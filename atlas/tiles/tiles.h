@@ -76,7 +76,7 @@ struct TileGrid {
 // is the tile's gutter alone that shows the cell.
 struct ShownCell {
   std::uint32_t tile;
-  std::uint32_t cell;
+  CellId cell;
   std::uint32_t pixels;
 };
 
@@ -128,7 +128,7 @@ struct TileTable {
 };
 
 struct ViewTile {
-  std::uint32_t view;  // view slot
+  ViewSlot view;
   std::uint32_t tile;
 };
 

@@ -40,7 +40,7 @@ std::vector<CellPixels> count_cell_pixels(const VisibilityBuffer& buffer, const 
   }
   std::vector<CellPixels> counts;
   for (std::uint32_t cell = 0; cell < pixels_of_cell.size(); ++cell) {
-    if (pixels_of_cell[cell] > 0) counts.push_back({cell, pixels_of_cell[cell]});
+    if (pixels_of_cell[cell] > 0) counts.push_back({CellId{cell}, pixels_of_cell[cell]});
   }
   return counts;
 }

@@ -42,7 +42,7 @@ class Visibility {
 [[nodiscard]] std::unique_ptr<Visibility> make_ray_visibility(const Mesh& mesh);
 
 struct CellPixels {
-  std::uint32_t cell;
+  CellId cell;
   std::uint32_t pixels;  // >= 1
 };
 

@@ -18,6 +18,7 @@
 #include <glm/vec3.hpp>
 #include <span>
 
+#include "mesh/base/id.h"
 #include "mesh/camera.h"
 #include "mesh/cells/cells.h"
 
@@ -93,7 +94,7 @@ void check(const Contribution& part);
 
 // A view's part in one of the cells that it sees.
 struct CellPart {
-  std::uint32_t cell;
+  CellId cell;
   Contribution part;
 };
 

@@ -210,7 +210,7 @@ void CoverageLedger::follow(const Surface& surface, std::span<const CellId> prev
     }
   }
   for (std::vector<CellPart>& parts : parts_) {
-    for (CellPart& entry : parts) entry.cell = now.at(entry.cell);
+    for (CellPart& entry : parts) entry.cell = CellId{now.at(entry.cell)};
   }
   coverage_->follow(surface, previous_cell);
   cells_ = surface.cells.cells.size();

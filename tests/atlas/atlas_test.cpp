@@ -152,7 +152,7 @@ TEST_CASE("cells and slots that a store does not have are refused by number") {
   const auto no_cell = Catch::Message("atlas: cell is 5, must be below the number of cells, 5");
   CHECK_THROWS_MATCHES(atlas.references(kCells), std::invalid_argument, no_cell);
   CHECK_THROWS_MATCHES(atlas.set_references(kCells, {0}), std::invalid_argument, no_cell);
-  const std::vector<CellPixels> seen{{1, 1}, {kCells, 1}};
+  const std::vector<CellPixels> seen{{1, 1}, {CellId{kCells}, 1}};
   CHECK_THROWS_MATCHES(atlas.mark_seen(seen), std::invalid_argument, no_cell);
   CHECK(atlas.snapshot().cell_seen == std::vector<std::uint8_t>(kCells, 0));
   CHECK_THROWS_MATCHES(atlas.view(2), std::invalid_argument,

@@ -65,7 +65,7 @@ struct Kept {
         if (atlas->view(slot)) atlas->set_gain(slot, glm::dvec3(0.5 + below(10, random)));
         break;
       case 4: {
-        const std::vector<CellPixels> seen{{below(kCellsOfScene, random), 1}};
+        const std::vector<CellPixels> seen{{CellId{below(kCellsOfScene, random)}, 1}};
         atlas->mark_seen(seen);
         break;
       }

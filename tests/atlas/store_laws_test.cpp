@@ -63,7 +63,7 @@ StoredView small_view(const Surface& surface, const std::string& name, std::uint
 std::vector<ShownCell> shown_with(std::uint32_t cell) {
   std::vector<ShownCell> shown;
   for (std::uint32_t tile = 0; tile < 6; ++tile) shown.push_back({tile, 0, 1});
-  if (cell > 0) shown.push_back({5, cell, 1});
+  if (cell > 0) shown.push_back({5, CellId{cell}, 1});
   return shown;
 }
 
@@ -91,7 +91,7 @@ TEST_CASE("no writer starves: a surface is replaced while another thread changes
   // Cells that take long to be renumbered, so that a view has always changed meanwhile.
   std::vector<ShownCell> shown;
   for (std::uint32_t tile = 0; tile < 6; ++tile) {
-    for (std::uint32_t cell = 0; cell < kCells; ++cell) shown.push_back({tile, cell, 1});
+    for (std::uint32_t cell = 0; cell < kCells; ++cell) shown.push_back({tile, CellId{cell}, 1});
   }
   atlas.insert(small_view(*surface, "a"), shown);
   atlas.insert(small_view(*surface, "b"), shown);
@@ -265,7 +265,7 @@ TEST_CASE("a tile policy is shown no tiles of a view that is gone") {
     }
     TileChoice choice{{}, demand.references};
     for (std::uint32_t slot = 0; slot < demand.views.size(); ++slot) {
-      if (demand.views[slot]) choice.tiles.push_back({slot, 0});
+      if (demand.views[slot]) choice.tiles.push_back({ViewSlot{slot}, 0});
     }
     return choice;
   };

@@ -49,7 +49,7 @@ Snapshot far_snapshot_of(const std::vector<FarView>& views) {
   std::vector<CellPixels> seen;
   for (std::uint32_t cell = 0; cell < surface->cells.cells.size(); ++cell) {
     atlas.set_references(cell, slots);
-    seen.push_back({cell, 1});
+    seen.push_back({CellId{cell}, 1});
   }
   atlas.mark_seen(seen);
   return atlas.snapshot();

@@ -134,7 +134,7 @@ TEST_CASE("when a part goes and the views are traced again, the pictures are tho
   for (std::uint32_t cell = 0; cell < next.previous_cell.size(); ++cell) {
     REQUIRE(next.previous_cell[cell] != CellId::none);
     fresh.set_references(cell, atlas->references(next.previous_cell[cell]));
-    const CellPixels seen{cell, 1};
+    const CellPixels seen{CellId{cell}, 1};
     if (full.cell_seen[next.previous_cell[cell]]) fresh.mark_seen({&seen, 1});
   }
   retrace(fresh);

@@ -77,7 +77,7 @@ Snapshot random_snapshot(std::uint32_t seed) {
       if (chance.uniform(0, 1) < share) slots.push_back(view);
     }
     atlas.set_references(cell, std::move(slots));
-    const std::vector<CellPixels> seen{{cell, 1}};
+    const std::vector<CellPixels> seen{{CellId{cell}, 1}};
     if (chance.below(3) > 0) atlas.mark_seen(seen);
   }
   Snapshot snapshot = atlas.snapshot();

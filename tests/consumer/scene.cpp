@@ -5,7 +5,7 @@
 #include <exception>
 
 #include "tools/scene/scene.h"
-#include "tools/scene/surface_input.h"
+#include "tools/surface/surface_input.h"
 
 int main(int argc, char** argv) {
   using namespace lumatlas;

@@ -34,7 +34,7 @@ set(gl_libraries libGL libOpenGL libGLX libEGL libepoxy)
 lumatlas_consumer_test(mesh WITHOUT epoxy OpenImageIO TinyGLTF Ceres UNLINKED ${gl_libraries} libOpenImageIO libceres)
 lumatlas_consumer_test(planner WITHOUT epoxy UNLINKED ${gl_libraries})
 lumatlas_consumer_test(blend WITHOUT Ceres UNLINKED libceres)
-lumatlas_consumer_test(scene ARGUMENTS ${consumer_scene} WITHOUT CLI11 epoxy Ceres UNLINKED ${gl_libraries} libceres)
+lumatlas_consumer_test(scene WITH surface ARGUMENTS ${consumer_scene} WITHOUT CLI11 epoxy Ceres UNLINKED ${gl_libraries} libceres)
 lumatlas_consumer_test(pipeline WITH score ARGUMENTS ${consumer_scene} ${CMAKE_CURRENT_BINARY_DIR}/consumer/model
   WITHOUT CLI11)
 lumatlas_consumer_test(score WITHOUT CLI11)

@@ -80,7 +80,7 @@ void check_each_is_answered_for(const EdgeScene& scene, const BuildResult& resul
     if (taken && view.verdict.cells_seen > 0) stored.insert(view.name);
   }
   const std::vector<std::string> in_model = stored_names(result);
-  if (result.options.array_bytes == 0) {
+  if (result.options.bound.array_bytes() == 0) {
     CHECK(std::vector<std::string>(stored.begin(), stored.end()) == in_model);
   } else {  // nor do views all of whose tiles had to go
     CHECK(std::includes(stored.begin(), stored.end(), in_model.begin(), in_model.end()));

@@ -148,12 +148,12 @@ TEST_CASE("a budget of exactly one view holds one, of a byte less is refused, an
 TEST_CASE("a budget of one tile shows one tile, and tiles larger than the photographs show all of them") {
   BuildOptions options = plain_build();
   options.tiles = {16, 2, 0};
-  options.array_bytes = slot_bytes(options.tiles);
+  options.bound = Bound::of_array(slot_bytes(options.tiles));
   const BuildResult one = built(ten_views(), options);
   CHECK(one.snapshot.tiles.resident_tiles() == 1);
   CHECK(textured_share(pictured(one, novel_camera())) > 0);
   options.tiles = {1024, 8, 0};
-  options.array_bytes = 0;
+  options.bound = {};
   const BuildResult large = built(ten_views(), options);
   options.tiles = kWholeViews;
   const BuildResult whole = built(ten_views(), options);

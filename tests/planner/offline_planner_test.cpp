@@ -45,7 +45,7 @@ Views random_views(std::mt19937& random, std::size_t count, std::uint32_t cells)
       const glm::dvec3 direction = glm::normalize(room().cells.cells[cell].normal + 2.0 * anywhere);
       const double distance = 1 + 2 * uniform(random), cell_share = uniform(random);
       const double positional = positional_coverage(distance, cell_share, 2, {});
-      view.push_back({cell, {direction, positional, distance, cell_share, 0.1 * uniform(random)}});
+      view.push_back({CellId{cell}, {direction, positional, distance, cell_share, 0.1 * uniform(random)}});
     }
   }
   return views;

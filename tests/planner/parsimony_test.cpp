@@ -75,7 +75,7 @@ std::vector<CellPart> random_parts(std::mt19937& random, const Surface& surface)
     if (random() % 2 == 0) continue;
     const glm::dvec3 anywhere(uniform(random), uniform(random), uniform(random));
     const double cell_share = 0.5 + 0.5 * uniform(random), distance = 2 + uniform(random);
-    parts.push_back({cell,
+    parts.push_back({CellId{cell},
                      {glm::normalize(anywhere + 1.5 * surface.cells.cells[cell].normal),
                       positional_coverage(distance, cell_share, 2, {}), distance, cell_share, 0.05}});
   }

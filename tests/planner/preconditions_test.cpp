@@ -168,7 +168,7 @@ TEST_CASE("a coverage ledger refuses cells and slots that are not there, and opt
   const Relief relief;
   const auto cells = static_cast<std::uint32_t>(relief.surface->cells.cells.size());
   CoverageLedger ledger(*relief.surface, 2, coverage_options(), 0);
-  const std::vector<CellPart> lost = {{cells, {}}};
+  const std::vector<CellPart> lost = {{CellId{cells}, {}}};
   const std::string no_cell = "coverage: a part's cell is " + std::to_string(cells) +
                               ", must be below the number of cells, " + std::to_string(cells);
   const std::string no_slot = "coverage: slot is 2, must be below the number of slots, 2";
@@ -439,7 +439,7 @@ TEST_CASE("coverage of what was offered refuses cells, stores and slots that are
   const std::size_t cells = surface.cells.cells.size();
   OfferedCoverage offered(surface, coverage_options());
   const CoverageLedger store(surface, 2, coverage_options(), 0);
-  const std::vector<CellPart> beyond{{static_cast<std::uint32_t>(cells), sound_part()}};
+  const std::vector<CellPart> beyond{{CellId{static_cast<std::uint32_t>(cells)}, sound_part()}};
   const std::string no_cell = "coverage: a part's cell is " + std::to_string(cells) +
                               ", must be below the number of cells, " + std::to_string(cells);
   CHECK(complaint([&] { offered.ask(beyond); }) == no_cell);

@@ -98,7 +98,7 @@ struct TileStore {
   // Goes on from `resident`, if that is not empty.
   [[nodiscard]] std::set<Tile> chosen(std::size_t count, const std::set<Tile>& resident = {}) {
     std::vector<ViewTile> before;
-    for (const auto& [view, tile] : resident) before.push_back({view, tile});
+    for (const auto& [view, tile] : resident) before.push_back({ViewSlot{view}, tile});
     const TileChoice choice = choose_tiles({*surface, views, shown, references, count, before});
     std::set<Tile> tiles;
     for (const ViewTile& tile : choice.tiles) tiles.insert({tile.view, tile.tile});

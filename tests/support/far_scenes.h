@@ -30,7 +30,7 @@ inline Snapshot far_snapshot() {
   std::vector<CellPixels> seen;
   for (std::uint32_t cell = 0; cell < surface->cells.cells.size(); ++cell) {
     atlas.set_references(cell, {0, 1});
-    seen.push_back({cell, 1});
+    seen.push_back({CellId{cell}, 1});
   }
   atlas.mark_seen(seen);
   return atlas.snapshot();

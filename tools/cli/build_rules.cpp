@@ -9,8 +9,8 @@
 
 #include "tools/cli/flags/build_flags.h"
 #include "tools/cli/flags/option_rules.h"
-#include "tools/pipeline/budget/model_budget.h"
 #include "tools/pipeline/build_settings.h"
+#include "tools/pipeline/model_budget.h"
 #include "tools/pipeline/surface/baked_texture.h"
 #include "tools/stereo/scene_stereo.h"
 
@@ -162,7 +162,7 @@ void watch_scene(const BuildFlags& flags, BuildOptions& options) {
   if (options.order != StreamOrder::given) {
     refuse("--set stream.order", "must be given with --watch: they come as they come");
   }
-  if (!options.max_views && options.planner.max_bytes + options.gpu_bytes == 0) {
+  if (!options.max_views && options.planner.max_bytes + options.bound.gpu_bytes() == 0) {
     refuse("--budget auto",
            "needs --max-views or --photograph-bytes with --watch, because the number of photographs is not known "
            "beforehand");

@@ -5,8 +5,8 @@
 #include <optional>
 
 #include "tools/base/interrupt.h"
+#include "tools/budget/build_progress.h"
 #include "tools/cli/flags/build_flags.h"
-#include "tools/pipeline/build_progress.h"
 
 namespace lumatlas {
 

@@ -16,7 +16,7 @@
 #include "tools/inspection/blind_views.h"
 #include "tools/inspection/mesh_diagnosis.h"
 #include "tools/scene/scene.h"
-#include "tools/scene/surface_input.h"
+#include "tools/surface/surface_input.h"
 
 namespace lumatlas {
 

@@ -14,7 +14,7 @@
 #include "tools/inspection/mesh_fit.h"
 #include "tools/scene/mesh_frame.h"
 #include "tools/scene/scene.h"
-#include "tools/scene/surface_input.h"
+#include "tools/surface/surface_input.h"
 
 namespace lumatlas {
 

@@ -16,19 +16,19 @@
 #include "planner/tile_choice.h"
 #include "tools/base/elapsed.h"
 #include "tools/base/interrupt.h"
+#include "tools/budget/downscaled_views.h"
+#include "tools/budget/fewer_faces.h"
+#include "tools/budget/fitted_views.h"
+#include "tools/budget/gpu_budget.h"
 #include "tools/inspection/blind_views.h"
 #include "tools/inspection/mesh_diagnosis.h"
-#include "tools/pipeline/budget/downscaled_views.h"
-#include "tools/pipeline/budget/fewer_faces.h"
-#include "tools/pipeline/budget/fitted_views.h"
-#include "tools/pipeline/budget/gpu_budget.h"
-#include "tools/pipeline/budget/parsimony.h"
+#include "tools/pipeline/parsimony.h"
 #include "tools/pipeline/refinement/joint_refinement.h"
 #include "tools/pipeline/refinement/lens_notes.h"
 #include "tools/pipeline/refinement/lens_refinement.h"
 #include "tools/pipeline/streaming.h"
 #include "tools/pipeline/watched_scene.h"
-#include "tools/scene/surface_input.h"
+#include "tools/surface/surface_input.h"
 
 namespace lumatlas {
 
@@ -88,31 +88,33 @@ std::uint64_t bytes_of_whole_photographs(const Stream& stream, const BuildOption
   return slot_bytes(options.tiles) * std::accumulate(tiles.begin(), tiles.end(), std::uint64_t{0});
 }
 
-// With gpu_bytes, whether they have room for all that the stream may bring.
+// Returns whether the bytes of the GPU have room for all that the stream may bring.
 bool all_fits(const Stream& stream, const BuildOptions& options, const SurfaceInput& input) {
   if (options.watch) return false;  // who knows
-  return GpuByteCount(input.surface).of_surface() + bytes_of_whole_photographs(stream, options) <= options.gpu_bytes;
+  return GpuByteCount(input.surface).of_surface() + bytes_of_whole_photographs(stream, options) <=
+         options.bound.gpu_bytes();
 }
 
 // Before the first photograph is stored, because the tiles of the whole store are cut alike, and seen on one mesh.
 void make_room(const Stream& stream, BuildOptions& options, SurfaceInput& input) {
-  if (options.gpu_bytes == 0 || all_fits(stream, options, input)) return;
+  if (options.bound.gpu_bytes() == 0 || all_fits(stream, options, input)) return;
   if (options.tight_tiles) options.tiles = *options.tight_tiles;
   if (options.faces.pixels > 0) {
-    const std::uint64_t photographs = options.watch ? options.gpu_bytes : bytes_of_whole_photographs(stream, options);
-    input = with_room_for_photographs(input, options.cells, options.gpu_bytes, photographs);
+    const std::uint64_t photographs =
+        options.watch ? options.bound.gpu_bytes() : bytes_of_whole_photographs(stream, options);
+    input = with_room_for_photographs(input, options.cells, options.bound.gpu_bytes(), photographs);
   }
 }
 
 TileOptions layout_of(const BuildOptions& options) {
   TileOptions layout = options.tiles;
-  if (options.array_bytes > 0) layout.max_tiles = slots_within(options.array_bytes, options.tiles);
+  if (options.bound.array_bytes() > 0) layout.max_tiles = slots_within(options.bound.array_bytes(), options.tiles);
   return layout;
 }
 
 std::optional<GpuBudget> gpu_budget(const BuildOptions& options, const SurfaceInput& input) {
-  if (options.gpu_bytes == 0) return std::nullopt;
-  return GpuBudget(options.gpu_bytes, input.surface, options.tiles, input.mesh_file);
+  if (options.bound.gpu_bytes() == 0) return std::nullopt;
+  return GpuBudget(options.bound.gpu_bytes(), input.surface, options.tiles, input.mesh_file);
 }
 
 // Bounds the photographs that tiles are chosen from if the options do not: at least the largest fits.

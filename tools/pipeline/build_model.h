@@ -21,16 +21,16 @@
 #include "planner/offline_planner.h"
 #include "planner/planner.h"
 #include "planner/pruning.h"
+#include "tools/budget/build_progress.h"
+#include "tools/budget/measured_loss.h"
 #include "tools/inspection/mesh_diagnosis.h"
-#include "tools/pipeline/budget/measured_loss.h"
 #include "tools/pipeline/build_options.h"
-#include "tools/pipeline/build_progress.h"
 #include "tools/pipeline/surface/baked_texture.h"
 #include "tools/pipeline/surface/completed_surface.h"
 #include "tools/pipeline/surface/surface_trust_shares.h"
 #include "tools/pipeline/view_stream.h"
 #include "tools/scene/scene.h"
-#include "tools/scene/surface_input.h"
+#include "tools/surface/surface_input.h"
 
 namespace lumatlas {
 
@@ -89,7 +89,7 @@ struct BuildResult {
   GpuBytes gpu_bytes;  // the snapshot's, as its model file holds it
   double scale = 1;    // scale of a photograph's sides, see BuildOptions::least_scale
   std::optional<MeasuredLoss>
-      fitted_loss;                   // the loss by `scale`, and by tiles that gpu_bytes has no room for: FittedViews
+      fitted_loss;                   // the loss by `scale`, and by tiles that the bound has no room for: FittedViews
   std::vector<PlannedView> planned;  // in the order of the stream
   std::filesystem::path mesh_file;
   BuildOptions options;                      // the given ones; `tiles` are those that were taken
@@ -110,8 +110,8 @@ struct BuildResult {
   PlannerOptions effective;                  // with every automatic value filled in, its masks those of the snapshot
   std::optional<OfflinePlan> offline;        // for ViewChoice::offline
   std::optional<Parsimony> parsimony;        // for planner.max_loss_db
-  double texel_loss_db = 0;         // for max_texel_loss_db: about the loss by texels as they are now, with all else
-  double face_loss_db = 0;          // for max_face_loss_db: about the loss by faces too, with all views; 0: none went
+  double texel_loss_db = 0;         // with a bound on it: about the loss by texels as they are now, with all else
+  double face_loss_db = 0;          // with a bound on it: about the loss by faces too, with all views; 0: none went
   std::vector<RefinedLens> lenses;  // empty: lenses were not refined
   double summed_coverage = 0;
   std::uint64_t stored_bytes = 0;  // all stored views', as planner/planner.h counts them

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "tools/pipeline/build_options.h"
 
-#include <cmath>
 #include <stdexcept>
 #include <string>
 
@@ -17,23 +16,23 @@ void check_watch(const BuildOptions& options) {
   require(options.choice == ViewChoice::online, "choice must be ViewChoice::online");
   require(options.order == StreamOrder::given, "order must be StreamOrder::given");
   require(!options.hold_out, "hold_out must not be: it goes by the names of all photographs");
-  require(options.max_views || options.planner.max_bytes + options.gpu_bytes > 0,
-          "max_views, planner.max_bytes or gpu_bytes must bound the model");
+  require(options.max_views || options.planner.max_bytes + options.bound.gpu_bytes() > 0,
+          "max_views, planner.max_bytes or bytes of the GPU must bound the model");
   require(watch.interval.count() > 0, "its interval must be above 0");
   require(watch.idle || watch.end, "it must have idle or end");
   require(!watch.idle || *watch.idle >= watch.interval, "its idle must not be below its interval");
 }
 
-void check_loss(const std::string& name, double loss_db, const BuildOptions& options) {
-  if (!(std::isfinite(loss_db) && loss_db >= 0)) {
-    throw std::invalid_argument("build: " + name + " is " + std::to_string(loss_db) +
-                                ", must be finite and not negative");
+void check_bound(const BuildOptions& options) {
+  const Bound& bound = options.bound;
+  check(bound);
+  if (bound.texel_loss_db() + bound.face_loss_db() > 0 && !options.planner.max_loss_db) {
+    throw std::invalid_argument("build: bound is on the loss, planner.max_loss_db must be given too");
   }
-  if (loss_db > 0 && !options.planner.max_loss_db) {
-    throw std::invalid_argument("build: " + name + " is given, planner.max_loss_db must be too");
-  }
-  if (loss_db > 0 && options.gpu_bytes + options.array_bytes > 0) {
-    throw std::invalid_argument("build: both " + name + " and gpu_bytes or array_bytes are given, must not be");
+  if (bound.array_bytes() == 0) return;
+  if (const std::uint64_t least = slot_bytes(options.tiles); bound.array_bytes() < least) {
+    throw std::invalid_argument("build: bound allows an array of " + std::to_string(bound.array_bytes()) +
+                                " bytes, must be at least what a tile takes, " + std::to_string(least));
   }
 }
 
@@ -64,22 +63,15 @@ void check(const BuildOptions& options) {
       throw std::invalid_argument("build: tight_tiles are given, both they and tiles must cut views, max_tiles be 0");
     }
   }
-  if (options.tiles.max_tiles != 0) throw std::invalid_argument("build: tiles.max_tiles is not 0, give array_bytes");
-  if (options.tiles.whole_views() && options.array_bytes + options.gpu_bytes > 0) {
-    throw std::invalid_argument("build: array_bytes or gpu_bytes is given, but no tiles");
+  if (options.tiles.max_tiles != 0) throw std::invalid_argument("build: tiles.max_tiles is not 0, give a bound");
+  if (options.tiles.whole_views() && options.bound.bytes() > 0) {
+    throw std::invalid_argument("build: bound is in bytes, but there are no tiles");
   }
   if (!(options.least_scale > 0 && options.least_scale <= 1)) {
     throw std::invalid_argument("build: least_scale is " + std::to_string(options.least_scale) +
                                 ", must be above 0 and at most 1");
   }
-  check_loss("max_texel_loss_db", options.max_texel_loss_db, options);
-  check_loss("max_face_loss_db", options.max_face_loss_db, options);
-  if (options.array_bytes == 0) return;
-  if (options.gpu_bytes > 0) throw std::invalid_argument("build: both array_bytes and gpu_bytes are given");
-  if (const std::uint64_t least = slot_bytes(options.tiles); options.array_bytes < least) {
-    throw std::invalid_argument("build: array_bytes is " + std::to_string(options.array_bytes) +
-                                ", must be at least what a tile takes, " + std::to_string(least));
-  }
+  check_bound(options);
 }
 
 std::uint64_t photograph_bytes_for(std::uint64_t tile_bytes, const TileOptions& tiles) {

@@ -12,12 +12,13 @@
 #include "atlas/tiles/tiles.h"
 #include "mesh/cells/cells.h"
 #include "planner/planner.h"
+#include "tools/budget/bound.h"
 #include "tools/pipeline/surface/baked_texture.h"
 #include "tools/pipeline/surface/completed_surface.h"
 #include "tools/pipeline/view_stream.h"
 #include "tools/scene/mesh_frame.h"
 #include "tools/scene/scene.h"
-#include "tools/scene/surface_input.h"
+#include "tools/surface/surface_input.h"
 
 namespace lumatlas {
 
@@ -70,7 +71,7 @@ struct BuildOptions {
   std::optional<MeshFrame> mesh_frame;
   PictureFolders pictures;  // photographs and masks
   CellOptions cells;
-  FaceOptions faces;  // the mesh's faces that are kept; with pixels, fewer where gpu_bytes are few: see fewer_faces.h
+  FaceOptions faces;  // the mesh's faces that are kept; with pixels, fewer where a bound asks for it: see fewer_faces.h
   CompletionOptions completion;   // the mesh's completion; not with `watch`, for which not all photographs are there
   bool measure_deviation = true;  // measures the deviation of the surface; else the surface counts as exact
   double close_holes = 0;         // holes of the mesh up to this across are closed, scene units, >= 0
@@ -81,33 +82,29 @@ struct BuildOptions {
   std::uint32_t max_polish_steps = 15;    // for RefineMode::joint, >= 1; lenses and poses may take it further
   bool refine_lenses = true;              // for RefineMode::all and joint: see planner/refinement/lens_estimate.h
   std::optional<std::uint32_t> max_views = 100;  // N, >= 1; none: bounded by planner.max_bytes alone
-  TileOptions tiles;                             // max_tiles: 0, for array_bytes says it
-  // The tiles to use instead of `tiles` in three cases: gpu_bytes has no room for all photographs whole, or for the
-  // largest max_views of them; with `watch` they are not known in advance; max_texel_loss_db allows it. None: `tiles`
-  // all the same. Both cut views into tiles.
+  TileOptions tiles;                             // max_tiles: 0, for `bound` says it
+  // The tiles to use instead of `tiles` in three cases: bound.gpu_bytes() has no room for all photographs whole, or
+  // for the largest max_views of them; with `watch` they are not known in advance; bound.texel_loss_db() allows it.
+  // None: `tiles` all the same. Both cut views into tiles.
   std::optional<TileOptions> tight_tiles;
-  std::uint64_t array_bytes = 0;  // the texture array of tiles at most; 0: no bound
-  // Bytes that the model may take on the GPU, mesh and tables included: see gpu_budget.h. 0: no bound. Not with
-  // array_bytes. Without max_views and planner.max_bytes, the planner holds four times the photographs that fit, to
-  // choose tiles from.
-  std::uint64_t gpu_bytes = 0;
-  // Smallest scale, in (0, 1], that fitting to gpu_bytes and max_texel_loss_db may shrink photographs to. Fitting to
-  // gpu_bytes stops before if giving up parts of some photographs is better: see fitted_views.h.
+  // Bytes need `tiles` that cut views. With bytes of the GPU, and without max_views and planner.max_bytes, the planner
+  // holds four times the photographs that fit, to choose tiles from.
+  //
+  // A loss needs planner.max_loss_db, which is what remains of the allowance for views that are left out. Texels are
+  // compressed if there are tight_tiles; then all photographs are downscaled as far as the loss of texels allows. The
+  // surface may then move by faces.pixels of the photographs as they are now, if that and the texels cost at most the
+  // loss of faces: see fewer_faces.h. It adds nothing to the loss that the other two allow.
+  Bound bound;
+  // Smallest scale, in (0, 1], that fitting to `bound` may shrink photographs to. Fitting to bytes of the GPU stops
+  // before if giving up parts of some photographs is better: see fitted_views.h.
   double least_scale = 0.25;
-  // With planner.max_loss_db, not with bytes as a bound: texels are compressed if there are tight_tiles. Then all
-  // photographs are downscaled as far as that costs at most this many dB, finite and >= 0, by measurement. The rest of
-  // the allowance goes to planner.max_loss_db. 0: neither.
-  double max_texel_loss_db = 0;
-  // Likewise the surface may then move by faces.pixels of the photographs as they are now, if that and the texels cost
-  // at most this many dB: see fewer_faces.h. It adds nothing to the loss that the other two allow. 0: it stays.
-  double max_face_loss_db = 0;
   // The longest side of the texture that other programs show, [kLeastTexturePx, kMostTexturePx]; none: they show the
   // averaged colours of vertices.
   std::optional<std::uint32_t> texture_px = 2048;
   std::optional<HoldOut> hold_out;  // none: every view is offered
   // None: the scene is complete. Needs ViewChoice::online, StreamOrder::given (photographs are offered as they come,
   // those that come together by name), no hold_out, which needs all names, and a bound: max_views, planner.max_bytes or
-  // gpu_bytes.
+  // bytes of the GPU.
   std::optional<WatchOptions> watch;
   // Build also where most views see next to nothing of the mesh, or it is certainly in another frame.
   bool any_mesh = false;

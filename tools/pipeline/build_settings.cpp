@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "tools/pipeline/build_settings.h"
 
-#include "tools/pipeline/budget/model_budget.h"
+#include "tools/pipeline/model_budget.h"
 #include "tools/settings/option_tables.h"
 
 namespace lumatlas {

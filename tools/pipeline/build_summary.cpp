@@ -11,7 +11,7 @@
 
 #include "mesh/base/median.h"
 #include "mesh/base/number_text.h"
-#include "tools/pipeline/budget/gpu_budget.h"
+#include "tools/budget/gpu_budget.h"
 #include "tools/pipeline/build_settings.h"
 #include "tools/pipeline/refinement/lens_notes.h"
 #include "tools/pipeline/refinement/refinement_json.h"
@@ -107,9 +107,9 @@ void hold_tiles(const BuildResult& result, const BuildOptions& options, Holding&
   const std::uint64_t slot_texels = std::uint64_t{options.tiles.slot_px()} * options.tiles.slot_px();
   holding.texels = slot_texels * tiles.resident_tiles();
   holding.bytes = slot_bytes(options.tiles) * tiles.resident_tiles();
-  if (options.array_bytes + options.gpu_bytes == 0) return;
+  if (options.bound.bytes() == 0) return;
   if (tiles.options.max_tiles > 0) holding.texels_budget = slot_texels * tiles.options.max_tiles;
-  holding.bytes_budget = options.array_bytes + options.gpu_bytes;
+  holding.bytes_budget = options.bound.bytes();
 }
 
 Holding holding_of(const BuildResult& result, const BuildOptions& options) {
@@ -145,7 +145,7 @@ json parsimony_json(const BuildResult& result, const Holding& holding) {
   const auto against = [](std::uint64_t stored, std::uint64_t unbounded) -> json {
     return {{"stored", stored}, {"unbounded", unbounded}};
   };
-  return {{"bound_db", *result.effective.max_loss_db + result.options.max_texel_loss_db},
+  return {{"bound_db", *result.effective.max_loss_db + result.options.bound.texel_loss_db()},
           {"predicted_loss_db", p.loss_db},
           {"measured_loss_db", p.measured ? json(p.measured->mean_db) : json()},
           {"measured_loss_error_db", p.measured ? json(p.measured->error_db) : json()},
@@ -278,8 +278,7 @@ json settings_in_effect(const BuildResult& result, const BuildOptions& options) 
 }
 
 json budget_of(const BuildOptions& options) {
-  const std::uint64_t bytes =
-      options.tiles.whole_views() ? options.planner.max_bytes : options.array_bytes + options.gpu_bytes;
+  const std::uint64_t bytes = options.tiles.whole_views() ? options.planner.max_bytes : options.bound.bytes();
   return bytes > 0 ? json(bytes) : json();
 }
 
@@ -428,7 +427,7 @@ json effective_options(const BuildResult& result, const BuildOptions& options) {
               {"max_views", options.max_views ? json(*options.max_views) : json()},
               {"texture", options.texture_px ? json(*options.texture_px) : json()},
               {"budget", budget_of(options)},
-              {"loss", planner.max_loss_db ? json(*planner.max_loss_db + options.max_texel_loss_db) : json()},
+              {"loss", planner.max_loss_db ? json(*planner.max_loss_db + options.bound.texel_loss_db()) : json()},
               {"photograph_bytes", planner.max_bytes > 0 ? json(planner.max_bytes) : json()},
               {"cell_size", result.snapshot.surface->cells.size},
               {"faces", options.faces.faces ? json(*options.faces.faces) : json()},

@@ -8,7 +8,7 @@
 #include "atlas/model/model_file.h"
 #include "mesh/base/errors.h"
 #include "planner/planner.h"
-#include "tools/pipeline/budget/gpu_budget.h"
+#include "tools/budget/gpu_budget.h"
 #include "tools/pipeline/build_summary.h"
 #include "tools/pipeline/model_output.h"
 

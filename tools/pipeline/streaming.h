@@ -7,8 +7,8 @@
 #include <vector>
 
 #include "planner/planner.h"
+#include "tools/budget/build_progress.h"
 #include "tools/pipeline/build_model.h"
-#include "tools/pipeline/build_progress.h"
 #include "tools/pipeline/refinement/stream_refinement.h"
 #include "tools/pipeline/watched_scene.h"
 #include "tools/scene/scene.h"

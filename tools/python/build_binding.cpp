@@ -8,8 +8,8 @@
 #include <variant>
 
 #include "tools/base/output_folder.h"
-#include "tools/pipeline/budget/model_budget.h"
 #include "tools/pipeline/build_model.h"
+#include "tools/pipeline/model_budget.h"
 #include "tools/pipeline/save_model.h"
 #include "tools/python/bindings.h"
 #include "tools/python/codings.h"

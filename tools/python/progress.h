@@ -11,7 +11,7 @@
 #include <string>
 
 #include "tools/base/progress.h"
-#include "tools/pipeline/build_progress.h"
+#include "tools/budget/build_progress.h"
 
 namespace lumatlas::python {
 

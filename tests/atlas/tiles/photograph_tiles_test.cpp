@@ -176,7 +176,7 @@ TEST_CASE("tiles that stay keep their slots, others give theirs back, and none i
       if (tiles_of_view[view] > 0) wanted.insert({view, below(kTiles, random)});
     }
     std::vector<ViewTile> tiles;
-    for (const auto& [view, tile] : wanted) tiles.push_back({view, tile});
+    for (const auto& [view, tile] : wanted) tiles.push_back({ViewSlot{view}, tile});
     slots.assign(tiles, tiles_of_view);
     const TileTable& table = slots.table();
     REQUIRE(table.resident_tiles() == wanted.size());

@@ -45,7 +45,8 @@ std::vector<CellPart> random_half(std::mt19937& random, const Surface& surface) 
     const double distance = 2 + uniform(random);
     const double picture_share = 0.1 * (1 + uniform(random));
     const double positional = positional_coverage(distance, cell_share, 2, {});
-    parts.push_back({cell, {glm::normalize(direction + towards), positional, distance, cell_share, picture_share}});
+    parts.push_back(
+        {CellId{cell}, {glm::normalize(direction + towards), positional, distance, cell_share, picture_share}});
   }
   return parts;
 }

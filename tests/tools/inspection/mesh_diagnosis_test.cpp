@@ -20,7 +20,7 @@
 #include "tools/inspection/mesh_shift.h"
 #include "tools/lab/synth/synth.h"
 #include "tools/pipeline/build_model.h"
-#include "tools/scene/surface_input.h"
+#include "tools/surface/surface_input.h"
 
 namespace lumatlas {
 namespace {

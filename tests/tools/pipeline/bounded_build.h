@@ -20,7 +20,7 @@ inline BuildOptions bounded_build(double max_texel_loss_db) {
   options.tiles = {8, 2, 0};
   options.least_scale = 0.5;
   options.texture_px.reset();
-  options.max_texel_loss_db = max_texel_loss_db;
+  options.bound = Bound::of_loss(max_texel_loss_db, 0);
   return options;
 }
 

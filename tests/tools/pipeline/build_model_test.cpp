@@ -130,7 +130,7 @@ TEST_CASE("snapshots that are taken while a model is built do not change it") {
   options.max_views = 8;
   options.refine = RefineMode::exposure;
   options.tiles = {16, 2, 0};
-  options.array_bytes = 40 * slot_bytes(options.tiles);  // so few that the planner must choose
+  options.bound = Bound::of_array(40 * slot_bytes(options.tiles));  // so few that the planner must choose
   const BuildResult alone = build_model(small_scene(), options);
   const Atlas* watched = nullptr;
   std::size_t snapshots = 0;
@@ -433,22 +433,22 @@ TEST_CASE("the texture array of tiles never takes more than its budget, and phot
   CHECK(summary(unbounded, options)["bytes"]["resident"] == needed);
   CHECK(summary(unbounded, options)["bytes"]["budget"].is_null());
   for (const std::uint64_t share : {2, 5, 50}) {
-    options.array_bytes = needed / share;
+    options.bound = Bound::of_array(needed / share);
     const BuildResult result = build_model(small_scene(), options);
     const nlohmann::json bytes = summary(result, options)["bytes"];
     // The planner keeps all photographs, so that tiles can be chosen from them; the model holds those with a tile.
     CHECK_FALSE(stored(result).empty());
     CHECK(stored(result).size() <= kViews);
     CHECK(has_resident_tile_in_every_view(result.snapshot));
-    CHECK(bytes["budget"] == options.array_bytes);
-    CHECK(bytes["resident"] <= options.array_bytes);
-    CHECK(bytes["resident"] > options.array_bytes / 2);
+    CHECK(bytes["budget"] == options.bound.array_bytes());
+    CHECK(bytes["resident"] <= options.bound.array_bytes());
+    CHECK(bytes["resident"] > options.bound.array_bytes() / 2);
     CHECK(bytes["photographs"] == kViews * kBytesPerView);
   }
   options.planner.max_bytes = 3 * kBytesPerView;
-  options.array_bytes = 0;
+  options.bound = {};
   CHECK(stored(build_model(small_scene(), options)).size() == 3);
-  options.array_bytes = slot_bytes(options.tiles) - 1;
+  options.bound = Bound::of_array(slot_bytes(options.tiles) - 1);
   CHECK_THROWS_WITH(build_model(small_scene(), options), Catch::Contains("must be at least what a tile takes"));
 }
 
@@ -460,25 +460,23 @@ TEST_CASE("a budget bounds all that the model takes on the GPU, mesh and tables 
   const std::uint64_t fixed = all.gpu_bytes.sum() - all.gpu_bytes.photographs();
   CHECK(GpuByteCount(all.snapshot.surface).of_surface() <= fixed);
   for (const std::uint64_t share : {2, 30}) {
-    options.gpu_bytes = fixed + all.gpu_bytes.photographs() / share;
+    options.bound = Bound::of_gpu(fixed + all.gpu_bytes.photographs() / share);
     const BuildResult result = build_model(small_scene(), options);
-    CHECK(result.gpu_bytes.sum() <= options.gpu_bytes);
-    CHECK(result.gpu_bytes.sum() > options.gpu_bytes * 9 / 10);
+    CHECK(result.gpu_bytes.sum() <= options.bound.gpu_bytes());
+    CHECK(result.gpu_bytes.sum() > options.bound.gpu_bytes() * 9 / 10);
     CHECK(has_resident_tile_in_every_view(result.snapshot));
     const TemporaryFolder folder;
     (void)save_model(result, folder / "model.glb");
     const nlohmann::json saved = inspect_model(folder / "model.glb");
     CHECK(saved["gpu"] == summary(result, options)["gpu"]);
-    CHECK(saved["bytes"]["budget"] == options.gpu_bytes);
+    CHECK(saved["bytes"]["budget"] == options.bound.gpu_bytes());
   }
   options.least_scale = 0;
   CHECK_THROWS_WITH(build_model(small_scene(), options), Catch::Contains("least_scale is 0"));
   options.least_scale = 1;
-  options.gpu_bytes = GpuByteCount(all.snapshot.surface).of_surface();
+  options.bound = Bound::of_gpu(GpuByteCount(all.snapshot.surface).of_surface());
   CHECK_THROWS_WITH(build_model(small_scene(), options),
-                    Catch::Contains("the mesh and its tables alone take " + std::to_string(options.gpu_bytes)));
-  options.array_bytes = 100000;
-  CHECK_THROWS_WITH(build_model(small_scene(), options), Catch::Contains("both array_bytes and gpu_bytes"));
+                    Catch::Contains("the mesh and its tables alone take " + std::to_string(options.bound.gpu_bytes())));
 }
 
 TEST_CASE("within a budget photographs give up pixels, and no more than they may") {
@@ -487,9 +485,9 @@ TEST_CASE("within a budget photographs give up pixels, and no more than they may
   const BuildResult all = build_model(small_scene(), options);
   CHECK(all.scale == 1);
   const std::uint64_t fixed = all.gpu_bytes.sum() - all.gpu_bytes.photographs();
-  options.gpu_bytes = fixed + all.gpu_bytes.photographs() * 2 / 3;
+  options.bound = Bound::of_gpu(fixed + all.gpu_bytes.photographs() * 2 / 3);
   const BuildResult lowered = build_model(small_scene(), options);
-  CHECK(lowered.gpu_bytes.sum() <= options.gpu_bytes);
+  CHECK(lowered.gpu_bytes.sum() <= options.bound.gpu_bytes());
   CHECK(lowered.scale < 1);
   CHECK(lowered.scale > 0.6);
   CHECK(stored(lowered) == stored(all));
@@ -501,10 +499,10 @@ TEST_CASE("within a budget photographs give up pixels, and no more than they may
     CHECK(same_pose(before, after));
   }
   options.least_scale = 0.9;
-  options.gpu_bytes = fixed + all.gpu_bytes.photographs() / 4;
+  options.bound = Bound::of_gpu(fixed + all.gpu_bytes.photographs() / 4);
   const BuildResult cut = build_model(small_scene(), options);
   CHECK(cut.scale >= 0.9);
-  CHECK(cut.gpu_bytes.sum() <= options.gpu_bytes);
+  CHECK(cut.gpu_bytes.sum() <= options.bound.gpu_bytes());
   CHECK(cut.snapshot.tiles.resident_tiles() < all.snapshot.tiles.resident_tiles());
 }
 
@@ -515,13 +513,13 @@ TEST_CASE("tiles are compressed only where a budget has no room for the photogra
   const BuildResult all = build_model(small_scene(), options);
   CHECK(all.snapshot.tiles.options.texels == TexelFormat::rgb8);
   const std::uint64_t whole_views = kViews * TileGrid(64, 48, 8).tiles() * slot_bytes(options.tiles);
-  options.gpu_bytes = GpuByteCount(all.snapshot.surface).of_surface() + whole_views;
+  options.bound = Bound::of_gpu(GpuByteCount(all.snapshot.surface).of_surface() + whole_views);
   CHECK(build_model(small_scene(), options).snapshot.tiles.options.texels == TexelFormat::rgb8);
-  --options.gpu_bytes;
+  options.bound = Bound::of_gpu(options.bound.gpu_bytes() - 1);
   const BuildResult tight = build_model(small_scene(), options);
   CHECK(tight.snapshot.tiles.options.texels == TexelFormat::bc7);
   CHECK(summary(tight, tight.options)["texels"]["format"] == "bc7");
-  CHECK(tight.gpu_bytes.sum() <= options.gpu_bytes);
+  CHECK(tight.gpu_bytes.sum() <= options.bound.gpu_bytes());
   options.tiles = kWholeViews;
   CHECK_THROWS_WITH(build_model(small_scene(), options), Catch::Contains("tight_tiles"));
 }
@@ -531,11 +529,11 @@ TEST_CASE("compressed texels buy more tiles for the same budget, the same ones f
   options.tiles = {8, 4, 0};
   options.least_scale = 1;
   const BuildResult all = build_model(small_scene(), options);
-  options.gpu_bytes = all.gpu_bytes.sum() - all.gpu_bytes.photographs() * 3 / 4;
+  options.bound = Bound::of_gpu(all.gpu_bytes.sum() - all.gpu_bytes.photographs() * 3 / 4);
   const BuildResult plain = build_model(small_scene(), options);
   options.tiles.texels = TexelFormat::bc7;
   const BuildResult packed = build_model(small_scene(), options);
-  CHECK(packed.gpu_bytes.sum() <= options.gpu_bytes);
+  CHECK(packed.gpu_bytes.sum() <= options.bound.gpu_bytes());
   CHECK(packed.snapshot.tiles.resident_tiles() > plain.snapshot.tiles.resident_tiles() * 3 / 2);
   CHECK(packed.gpu_bytes.masks == packed.gpu_bytes.colors);
   const TemporaryFolder folder;

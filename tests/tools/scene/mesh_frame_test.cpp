@@ -16,7 +16,7 @@
 #include "mesh/readers/mesh_file.h"
 #include "tests/support/temporary_folder.h"
 #include "tools/scene/mesh_coordinate_step.h"
-#include "tools/scene/surface_input.h"
+#include "tools/surface/surface_input.h"
 
 namespace lumatlas {
 namespace {

@@ -14,7 +14,7 @@
 #include "tests/support/colmap_bytes.h"
 #include "tests/support/skip.h"
 #include "tests/support/temporary_folder.h"
-#include "tools/scene/surface_input.h"
+#include "tools/surface/surface_input.h"
 
 namespace lumatlas {
 namespace {

@@ -3,8 +3,8 @@
 
 #include "tools/cli/flags/cell_flags.h"
 #include "tools/cli/flags/option_rules.h"
-#include "tools/pipeline/budget/model_budget.h"
 #include "tools/pipeline/build_settings.h"
+#include "tools/pipeline/model_budget.h"
 
 namespace lumatlas {
 

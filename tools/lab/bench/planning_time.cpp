@@ -17,7 +17,7 @@
 #include "tools/base/progress.h"
 #include "tools/lab/synth/synth.h"
 #include "tools/scene/scene.h"
-#include "tools/scene/surface_input.h"
+#include "tools/surface/surface_input.h"
 
 namespace lumatlas {
 

@@ -14,7 +14,7 @@
 #include "planner/surface_distance.h"
 #include "tools/scene/photograph_stream.h"
 #include "tools/scene/scene.h"
-#include "tools/scene/surface_input.h"
+#include "tools/surface/surface_input.h"
 
 namespace lumatlas {
 

@@ -28,7 +28,7 @@
 #include "tools/base/elapsed.h"
 #include "tools/lab/bench/program.h"
 #include "tools/scene/scene.h"
-#include "tools/scene/surface_input.h"
+#include "tools/surface/surface_input.h"
 
 namespace lumatlas {
 

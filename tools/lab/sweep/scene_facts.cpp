@@ -13,7 +13,7 @@
 #include "blend/gpu_bytes.h"
 #include "mesh/base/errors.h"
 #include "tools/scene/scene.h"
-#include "tools/scene/surface_input.h"
+#include "tools/surface/surface_input.h"
 
 namespace lumatlas {
 

@@ -5,8 +5,8 @@
 #include <vector>
 
 #include "planner/planner.h"
+#include "tools/budget/build_progress.h"
 #include "tools/pipeline/build_model.h"
-#include "tools/pipeline/build_progress.h"
 #include "tools/scene/scene.h"
 
 namespace lumatlas {

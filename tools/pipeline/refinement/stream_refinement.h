@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "planner/planner.h"
+#include "tools/budget/build_progress.h"
 #include "tools/pipeline/build_model.h"
-#include "tools/pipeline/build_progress.h"
 #include "tools/pipeline/refinement/lens_refinement.h"
 #include "tools/scene/scene.h"
 

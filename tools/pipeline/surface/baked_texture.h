@@ -8,7 +8,7 @@
 
 #include "atlas/base_texture.h"
 #include "atlas/snapshot.h"
-#include "tools/pipeline/build_progress.h"
+#include "tools/budget/build_progress.h"
 
 namespace lumatlas {
 

@@ -11,10 +11,10 @@
 
 #include "atlas/surface.h"
 #include "mesh/visibility/visibility.h"
+#include "tools/budget/build_progress.h"
 #include "tools/meshing/contradicted_faces.h"
-#include "tools/pipeline/build_progress.h"
 #include "tools/scene/scene.h"
-#include "tools/scene/surface_input.h"
+#include "tools/surface/surface_input.h"
 
 namespace lumatlas {
 

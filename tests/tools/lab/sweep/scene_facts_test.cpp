@@ -14,7 +14,7 @@
 #include "mesh/base/errors.h"
 #include "tests/support/colmap_bytes.h"
 #include "tests/support/temporary_folder.h"
-#include "tools/scene/surface_input.h"
+#include "tools/surface/surface_input.h"
 
 namespace lumatlas {
 namespace {

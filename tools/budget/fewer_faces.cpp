@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "tools/pipeline/budget/fewer_faces.h"
+#include "tools/budget/fewer_faces.h"
 
 #include <algorithm>
 #include <cmath>

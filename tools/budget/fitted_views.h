@@ -11,9 +11,9 @@
 #include "atlas/atlas.h"
 #include "mesh/visibility/visibility.h"
 #include "planner/planner.h"
-#include "tools/pipeline/budget/gpu_budget.h"
-#include "tools/pipeline/budget/measured_loss.h"
-#include "tools/pipeline/build_progress.h"
+#include "tools/budget/build_progress.h"
+#include "tools/budget/gpu_budget.h"
+#include "tools/budget/measured_loss.h"
 
 namespace lumatlas {
 

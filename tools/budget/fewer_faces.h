@@ -12,8 +12,8 @@
 #include "atlas/atlas.h"
 #include "mesh/visibility/visibility.h"
 #include "planner/planner.h"
-#include "tools/pipeline/budget/held_out_loss.h"
-#include "tools/scene/surface_input.h"
+#include "tools/budget/held_out_loss.h"
+#include "tools/surface/surface_input.h"
 
 namespace lumatlas {
 

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "tools/pipeline/budget/fitted_views.h"
+#include "tools/budget/fitted_views.h"
 
 #include <algorithm>
 #include <cmath>
 #include <optional>
 
 #include "blend/gl/egl_context.h"
-#include "tools/pipeline/budget/downscaled_views.h"
-#include "tools/pipeline/budget/held_out_loss.h"
+#include "tools/budget/downscaled_views.h"
+#include "tools/budget/held_out_loss.h"
 
 namespace lumatlas {
 

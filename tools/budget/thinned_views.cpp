@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "tools/pipeline/budget/thinned_views.h"
+#include "tools/budget/thinned_views.h"
 
 #include <algorithm>
 #include <cstddef>
@@ -9,7 +9,7 @@
 
 #include "planner/hindsight.h"
 #include "planner/pruning.h"
-#include "tools/pipeline/budget/most_steps_within.h"
+#include "tools/budget/most_steps_within.h"
 
 namespace lumatlas {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "tools/pipeline/budget/compressed_views.h"
+#include "tools/budget/compressed_views.h"
 
 #include <tbb/parallel_for.h>
 

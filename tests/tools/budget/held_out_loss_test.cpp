@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "tools/pipeline/budget/held_out_loss.h"
+#include "tools/budget/held_out_loss.h"
 
 #include <algorithm>
 #include <array>
@@ -17,7 +17,7 @@
 #include "planner/predicted_loss.h"
 #include "planner/tile_choice.h"
 #include "tests/support/small_scenes.h"
-#include "tools/pipeline/budget/thinned_views.h"
+#include "tools/budget/thinned_views.h"
 #include "tools/score/measures/scores.h"
 
 namespace lumatlas {

@@ -8,7 +8,7 @@
 
 #include "atlas/atlas.h"
 #include "mesh/visibility/visibility.h"
-#include "tools/pipeline/budget/held_out_loss.h"
+#include "tools/budget/held_out_loss.h"
 
 namespace lumatlas {
 

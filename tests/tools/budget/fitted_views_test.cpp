@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "tools/pipeline/budget/fitted_views.h"
+#include "tools/budget/fitted_views.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -22,7 +22,6 @@ BuildOptions all_stored() {
   BuildOptions options = bounded_build(0);
   options.planner = {};
   options.planner.min_view_gain = 0;
-  options.max_texel_loss_db = 0;
   options.cells.size = 0.3;
   options.least_scale = 0.25;
   return options;
@@ -40,12 +39,12 @@ BuildResult built_in(const std::filesystem::path& scene, double share, double le
   BuildOptions options = all_stored();
   static const BuildResult all = build_model(dense_scene(), options);
   const std::uint64_t photographs = all.gpu_bytes.photographs();
-  options.gpu_bytes =
-      all.gpu_bytes.sum() - photographs + static_cast<std::uint64_t>(share * static_cast<double>(photographs));
+  options.bound = Bound::of_gpu(all.gpu_bytes.sum() - photographs +
+                                static_cast<std::uint64_t>(share * static_cast<double>(photographs)));
   options.least_scale = least_scale;
   BuildResult result = build_model(scene, options);
-  CHECK(result.gpu_bytes.sum() <= options.gpu_bytes);
-  CHECK(result.gpu_bytes.sum() > options.gpu_bytes * 4 / 5);
+  CHECK(result.gpu_bytes.sum() <= options.bound.gpu_bytes());
+  CHECK(result.gpu_bytes.sum() > options.bound.gpu_bytes() * 4 / 5);
   return result;
 }
 
@@ -79,9 +78,9 @@ TEST_CASE("too few photographs to measure by are downscaled until all fit") {
   write_apartment(folder.path(), 3);
   BuildOptions options = all_stored();
   const BuildResult all = build_model(folder.path(), options);
-  options.gpu_bytes = all.gpu_bytes.sum() - all.gpu_bytes.photographs() / 2;
+  options.bound = Bound::of_gpu(all.gpu_bytes.sum() - all.gpu_bytes.photographs() / 2);
   const BuildResult fitted = build_model(folder.path(), options);
-  CHECK(fitted.gpu_bytes.sum() <= options.gpu_bytes);
+  CHECK(fitted.gpu_bytes.sum() <= options.bound.gpu_bytes());
   CHECK_FALSE(fitted.fitted_loss);
   CHECK(fitted.scale < 0.95);
   CHECK(fitted.scale > 0.5);

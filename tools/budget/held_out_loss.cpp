@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "tools/pipeline/budget/held_out_loss.h"
+#include "tools/budget/held_out_loss.h"
 
 #include <algorithm>
 #include <cmath>

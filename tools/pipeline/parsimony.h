@@ -7,9 +7,9 @@
 
 #include "atlas/atlas.h"
 #include "planner/planner.h"
-#include "tools/pipeline/budget/fewer_faces.h"
+#include "tools/budget/build_progress.h"
+#include "tools/budget/fewer_faces.h"
 #include "tools/pipeline/build_model.h"
-#include "tools/pipeline/build_progress.h"
 #include "tools/pipeline/streaming.h"
 
 namespace lumatlas {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "tools/pipeline/budget/parsimony.h"
+#include "tools/pipeline/parsimony.h"
 
 #include <algorithm>
 #include <cstddef>
@@ -14,10 +14,10 @@
 #include "blend/gl/egl_context.h"
 #include "blend/gpu_bytes.h"
 #include "planner/pruning.h"
-#include "tools/pipeline/budget/compressed_views.h"
-#include "tools/pipeline/budget/downscaled_views.h"
-#include "tools/pipeline/budget/held_out_loss.h"
-#include "tools/pipeline/budget/thinned_views.h"
+#include "tools/budget/compressed_views.h"
+#include "tools/budget/downscaled_views.h"
+#include "tools/budget/held_out_loss.h"
+#include "tools/budget/thinned_views.h"
 
 namespace lumatlas {
 
@@ -120,12 +120,12 @@ void give_up_within_loss(Planner& planner, Atlas& atlas, SeenSurface& seen, cons
   result.parsimony = without_bounds(stream, result.planned);
   Parsimony& parsimony = *result.parsimony;
   parsimony.gpu_bytes = gpu_bytes_of(atlas.snapshot());
-  const double bound_db = *result.effective.max_loss_db + result.options.max_texel_loss_db;
+  const double bound_db = *result.effective.max_loss_db + result.options.bound.texel_loss_db();
   // The loss by the views that the stream has rejected, which can only be predicted.
   const double turned_away_db = Pruning(planner).predicted_loss().loss_db;
   const double in_all = bound_db - turned_away_db;
-  const LossBounds bounds{std::min(result.options.max_texel_loss_db, in_all),
-                          std::min(result.options.max_face_loss_db, in_all), in_all};
+  const LossBounds bounds{std::min(result.options.bound.texel_loss_db(), in_all),
+                          std::min(result.options.bound.face_loss_db(), in_all), in_all};
   if (bound_db > 0) {
     BuildStage stage(callback, "measuring what can be given up", 0);
     try {
@@ -137,7 +137,7 @@ void give_up_within_loss(Planner& planner, Atlas& atlas, SeenSurface& seen, cons
     stage.finish();
   }
   // Faces may have used up what prediction has for views.
-  const bool used_up = result.face_loss_db > result.options.max_texel_loss_db;
+  const bool used_up = result.face_loss_db > result.options.bound.texel_loss_db();
   if (!parsimony.measured && !used_up) parsimony.taken_away = Pruning(planner).thin();
   parsimony.predicted = Pruning(planner).predicted_loss();
   const double of_texels_and_faces = result.face_loss_db != 0 ? result.face_loss_db : result.texel_loss_db;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "tools/pipeline/budget/gpu_budget.h"
+#include "tools/budget/gpu_budget.h"
 
 #include <algorithm>
 #include <array>

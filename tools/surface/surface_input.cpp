@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "tools/scene/surface_input.h"
+#include "tools/surface/surface_input.h"
 
 #include <algorithm>
 #include <array>

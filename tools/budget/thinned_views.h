@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "planner/planner.h"
-#include "tools/pipeline/budget/held_out_loss.h"
+#include "tools/budget/held_out_loss.h"
 
 namespace lumatlas {
 

@@ -16,8 +16,8 @@
 #include "blend/renderer.h"
 #include "planner/hindsight.h"
 #include "planner/planner.h"
-#include "tools/pipeline/budget/measured_loss.h"
-#include "tools/pipeline/build_progress.h"
+#include "tools/budget/build_progress.h"
+#include "tools/budget/measured_loss.h"
 #include "tools/score/measures/scores.h"
 
 namespace lumatlas {

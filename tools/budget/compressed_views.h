@@ -7,8 +7,8 @@
 #include "atlas/atlas.h"
 #include "atlas/tiles/tiles.h"
 #include "mesh/visibility/visibility.h"
-#include "tools/pipeline/budget/held_out_loss.h"
-#include "tools/pipeline/budget/measured_loss.h"
+#include "tools/budget/held_out_loss.h"
+#include "tools/budget/measured_loss.h"
 
 namespace lumatlas {
 

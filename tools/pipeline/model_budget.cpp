@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "tools/pipeline/budget/model_budget.h"
+#include "tools/pipeline/model_budget.h"
 
 #include <algorithm>
 #include <stdexcept>
@@ -24,9 +24,8 @@ std::uint64_t bytes_of_budget(const ModelBudget& budget, const TileOptions& tile
 // Half of the bound is for texels, a quarter, and what they leave, for faces, and the rest for what is left out.
 void bound_loss(double loss_db, bool keeps_max_views, BuildOptions& options) {
   const bool texels = !options.tiles.whole_views() && (options.least_scale < 1 || options.tight_tiles);
-  options.max_texel_loss_db = texels ? loss_db / 2 : 0;
-  options.planner.max_loss_db = loss_db - options.max_texel_loss_db;
-  if (options.faces.pixels > 0) options.max_face_loss_db = 0.75 * loss_db;
+  options.bound = Bound::of_loss(texels ? loss_db / 2 : 0, options.faces.pixels > 0 ? 0.75 * loss_db : 0);
+  options.planner.max_loss_db = loss_db - options.bound.texel_loss_db();
   choose_by_loss(options.planner);
   if (!keeps_max_views) options.max_views.reset();
 }
@@ -67,13 +66,13 @@ void apply_budget(const ModelBudget& budget, bool keeps_max_views, BuildOptions&
     options.planner.max_bytes = bytes;
   } else if (budget.bounds()) {
     require_room_for_a_tile(bytes, options.tiles);
-    (budget.gpu_bytes > 0 ? options.gpu_bytes : options.array_bytes) = bytes;
+    options.bound = budget.gpu_bytes > 0 ? Bound::of_gpu(bytes) : Bound::of_array(bytes);
   }
   if (keeps_max_views) return;
   if (!options.tiles.whole_views() && budget.texels > 0 && options.planner.max_bytes == 0) {
     options.planner.max_bytes = photograph_bytes_for(bytes, options.tiles);
   }
-  if (options.planner.max_bytes + options.gpu_bytes > 0) options.max_views.reset();
+  if (options.planner.max_bytes + options.bound.gpu_bytes() > 0) options.max_views.reset();
 }
 
 }  // namespace lumatlas

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "tools/pipeline/budget/most_steps_within.h"
+#include "tools/budget/most_steps_within.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>

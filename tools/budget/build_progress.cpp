@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "tools/pipeline/build_progress.h"
+#include "tools/budget/build_progress.h"
 
 #include <memory>
 

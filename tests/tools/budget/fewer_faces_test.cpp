@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "tools/pipeline/budget/fewer_faces.h"
+#include "tools/budget/fewer_faces.h"
 
 #include <algorithm>
 #include <catch2/catch.hpp>
@@ -15,7 +15,7 @@
 #include "tests/tools/pipeline/sharp_scene.h"
 #include "tools/pipeline/build_model.h"
 #include "tools/pipeline/build_summary.h"
-#include "tools/scene/surface_input.h"
+#include "tools/surface/surface_input.h"
 
 namespace lumatlas {
 namespace {
@@ -39,7 +39,7 @@ BuildOptions with_face_loss(double max_face_loss_db) {
   BuildOptions options = bounded_build(max_face_loss_db);
   options.faces.pixels = 0.5;
   options.cells = large_cells();
-  options.max_face_loss_db = max_face_loss_db;
+  options.bound = Bound::of_loss(max_face_loss_db, max_face_loss_db);
   return options;
 }
 
@@ -121,18 +121,18 @@ TEST_CASE("a budget of bytes takes faces away only where they may go and photogr
   options.planner = {};
   options.planner.min_view_gain = 0;
   const BuildResult all = build_model(fine_scene(), options);
-  options.gpu_bytes = all.gpu_bytes.sum() / 2;
+  options.bound = Bound::of_gpu(all.gpu_bytes.sum() / 2);
   const BuildResult kept = build_model(fine_scene(), options);
   CHECK(faces_of(kept) == faces_of(all));
   options.faces.pixels = 1e-9;  // that alone takes no face away
   const BuildResult fewer = build_model(fine_scene(), options);
-  CHECK(fewer.gpu_bytes.sum() <= options.gpu_bytes);
+  CHECK(fewer.gpu_bytes.sum() <= options.bound.gpu_bytes());
   CHECK(faces_of(fewer) < faces_of(all) / 2);
   CHECK(fewer.scale > kept.scale);
   CHECK(fewer.gpu_bytes.photographs() > kept.gpu_bytes.photographs());
   CHECK(summary(fewer, options)["faces"]["taken_away"] == fewer.simplified_faces);
   CHECK(fewer.simplified_faces > 0);
-  options.gpu_bytes = 2 * all.gpu_bytes.sum();
+  options.bound = Bound::of_gpu(2 * all.gpu_bytes.sum());
   CHECK(build_model(fine_scene(), options).simplified_faces < fewer.simplified_faces / 2);
 }
 
@@ -140,7 +140,7 @@ TEST_CASE("where photographs were downscaled, the mesh is as coarse as they, if 
   constexpr double kBound = 9;
   BuildOptions options = with_face_loss(kBound);
   const BuildResult result = build_model(fine_scene(), options);
-  options.max_face_loss_db = 0;
+  options.bound = Bound::of_loss(kBound, 0);
   const BuildResult finer = build_model(fine_scene(), options);
   CAPTURE(result.scale, faces_of(result), faces_of(finer));
   REQUIRE(result.scale < 1);
@@ -160,7 +160,7 @@ TEST_CASE("where photographs were downscaled, the mesh is as coarse as they, if 
   CHECK(totals["parsimony"]["face_loss_db"] == result.face_loss_db);
   CHECK_THAT(parsimony_text(totals["parsimony"]), Catch::Contains(" with fewer faces too) of at most "));
 
-  options.max_face_loss_db = 1e-9;  // less than texels have lost already
+  options.bound = Bound::of_loss(kBound, 1e-9);  // less than texels have lost already
   const BuildResult tried = build_model(fine_scene(), options);
   CHECK((tried.snapshot.surface->mesh.faces == finer.snapshot.surface->mesh.faces));
   CHECK(tried.face_loss_db == 0);
@@ -191,12 +191,11 @@ TEST_CASE("faces go after photographs were downscaled, and of refined views") {
 
 TEST_CASE("bounds on the loss by faces are checked") {
   BuildOptions options = with_face_loss(0.1);
-  options.max_face_loss_db = std::numeric_limits<double>::quiet_NaN();
-  CHECK_THROWS_WITH(build_model("/nowhere", options), Catch::Contains("max_face_loss_db is nan"));
-  options.max_face_loss_db = 0.1;
-  options.max_texel_loss_db = 0;
+  options.bound = Bound::of_loss(0.1, std::numeric_limits<double>::quiet_NaN());
+  CHECK_THROWS_WITH(build_model("/nowhere", options), Catch::Contains("face_loss_db is nan"));
+  options.bound = Bound::of_loss(0, 0.1);
   options.planner.max_loss_db.reset();
-  CHECK_THROWS_WITH(build_model("/nowhere", options), Catch::Contains("max_face_loss_db is given, planner"));
+  CHECK_THROWS_WITH(build_model("/nowhere", options), Catch::Contains("bound is on the loss, planner"));
 }
 
 }  // namespace
