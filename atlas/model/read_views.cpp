@@ -36,9 +36,9 @@ std::vector<PixelRect> resident_parts(const TileTable& tiles, std::uint32_t view
   for (std::uint32_t row = 0; row < grid.rows; ++row) {
     const auto first = tiles.slots.begin() + tiles.first_tile[view] + row * grid.columns;
     for (std::uint32_t column = 0; column < grid.columns; ++column) {
-      if (first[column] == kNotResident) continue;
+      if (first[column] == TilePlace::none) continue;
       const std::uint32_t begin = column;
-      while (column + 1 < grid.columns && first[column + 1] != kNotResident) ++column;
+      while (column + 1 < grid.columns && first[column + 1] != TilePlace::none) ++column;
       const PixelRect of_tiles{begin * side, row * side, (column + 1 - begin) * side, side};
       parts.push_back(grown(of_tiles, tiles.options.gutter_px, camera));
     }
@@ -128,7 +128,7 @@ class ViewReader {
     if (parts.empty()) return nullptr;
     const auto all = tiles_.slots.begin() + tiles_.first_tile[number];
     const auto end = tiles_.slots.begin() + tiles_.first_tile[number + 1];
-    const bool is_whole = std::find(all, end, kNotResident) == end;
+    const bool is_whole = std::find(all, end, TilePlace::none) == end;
     return std::make_shared<const StoredView>(is_whole ? read_whole(entry, times) : read_parts(entry, parts, times));
   }
 
