@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Benchmark of a store that changes: milliseconds of a snapshot after one view has moved, of new poses of all views
-// until a snapshot has them, and of what a renderer uploads for a new pose and for a new mask. The surface and its
-// photographs are generated. JSON goes to stdout; exit status as of lumatlas itself.
+// until a snapshot has them, of what a renderer uploads for a new pose and for a new mask; and memory of a model
+// that is read with few resident tiles. The surface and its photographs are generated. JSON goes to stdout; exit
+// status as of lumatlas itself.
 #include <epoxy/gl.h>
 
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <filesystem>
 #include <functional>
 #include <glm/glm.hpp>
 #include <iostream>
@@ -17,6 +19,7 @@
 #include <vector>
 
 #include "atlas/atlas.h"
+#include "atlas/model/model_file.h"
 #include "blend/gl/egl_context.h"
 #include "blend/renderer.h"
 #include "mesh/base/median.h"
@@ -32,6 +35,7 @@ struct Flags {
   std::uint32_t views = 300;
   std::uint32_t repeats = 9;
   bool upload = true;
+  std::string model;  // a folder for a model that is written and read; empty: that is not measured
 };
 
 constexpr std::uint32_t kQuadsOfCell = 20;  // across a cell
@@ -211,6 +215,35 @@ nlohmann::json measured_uploads(const std::shared_ptr<const Surface>& surface, c
   return result;
 }
 
+// Reads a model of photographs of 12 megapixels, each with one resident tile.
+nlohmann::json measured_reading(const Flags& flags) {
+  constexpr std::uint32_t kViews = 8, kWidth = 4000, kHeight = 3000, kTile = 1510;
+  const std::shared_ptr<const Surface> surface = hilly_sheet(10'000);
+  const std::unique_ptr<Visibility> visibility = make_ray_visibility(surface->mesh);
+  Atlas atlas(surface, kViews, kLayout);
+  std::vector<ViewSlot> slots;
+  for (std::uint32_t view = 0; view < kViews; ++view) {
+    const Camera camera = camera_above(0.5, 0.5, 0.5 + 0.01 * view, kWidth, kHeight);
+    slots.push_back(
+        ViewSlot(atlas.insert(make_stored_view("view " + std::to_string(view), camera, noise(kWidth, kHeight, view),
+                                               visibility->trace_sparsely(camera), {}),
+                              {{kTile, CellId(0), 1}})));
+  }
+  atlas.set_references(0, {slots.begin(), slots.end()});
+  std::filesystem::create_directories(flags.model);
+  write_model(flags.model, atlas.snapshot(), {});
+  Model model;
+  const double ms = median_ms(
+      flags.repeats, [&] { model = {}; }, [&] { model = read_model(flags.model); });
+  std::size_t held = 0;
+  for (const auto& view : model.snapshot.views) held += view->photograph->bytes() + view->mask->bytes();
+  return {{"views", kViews},
+          {"resident_tiles", model.snapshot.tiles.resident_tiles()},
+          {"milliseconds", ms},
+          {"bytes_of_views", held},
+          {"bytes_of_whole_views", std::size_t{kViews} * kWidth * kHeight * (3 + sizeof(float) + 2)}};
+}
+
 void run(const Flags& flags) {
   const std::shared_ptr<const Surface> surface = hilly_sheet(flags.vertices);
   const std::unique_ptr<Visibility> visibility = make_ray_visibility(surface->mesh);
@@ -219,6 +252,7 @@ void run(const Flags& flags) {
                         {"cells", surface->cells.cells.size()},
                         {"views", flags.views}};
   result["store"] = measured_store(surface, *visibility, flags);
+  if (!flags.model.empty()) result["read_12_megapixels"] = measured_reading(flags);
   if (flags.upload) result["upload_1080p"] = measured_uploads(surface, *visibility, flags);
   std::cout << result.dump(2) << '\n';
 }
@@ -236,5 +270,6 @@ int main(int argc, char** argv) {
   program.add_option("--repeats", flags.repeats, "Times that each is measured; medians are printed")
       ->check(CLI::Range(1u, 10000u));
   program.add_flag("!--no-upload", flags.upload, "Do not measure uploads, which need OpenGL");
+  program.add_option("--model", flags.model, "A folder for a model that is written and read; none: not measured");
   return lumatlas::run_program(program, "bench_store", argc, argv, [&] { lumatlas::run(flags); });
 }
