@@ -584,7 +584,7 @@ Diagnosis Renderer::diagnose(const Camera& camera, const BlendOptions& options) 
       make_texture_2d(GL_RGBA32UI, static_cast<GLsizei>(camera.width), static_cast<GLsizei>(camera.height));
   const GlFramebuffer pass = make_framebuffer({&targets.picture, &packed}, nullptr);
   constexpr std::array<GLfloat, 4> kEmpty{};
-  constexpr std::array<GLuint, 4> kNoDiagnosis{0, ViewSlot::none, 0, 0};
+  const std::array<GLuint, 4> kNoDiagnosis{0, ViewSlot::none, 0, 0};
   glClearBufferfv(GL_COLOR, 0, kEmpty.data());
   glClearBufferuiv(GL_COLOR, 1, kNoDiagnosis.data());
   state.draw_screen(

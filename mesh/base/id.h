@@ -54,7 +54,8 @@ using CellId = Id<struct CellKind>;     // of a surface
 using ViewSlot = Id<struct ViewKind>;   // of a store of views
 using TilePlace = Id<struct TileKind>;  // of a texture array
 
-static_assert(sizeof(FaceId) == sizeof(std::uint32_t) && alignof(FaceId) == alignof(std::uint32_t));
+static_assert(sizeof(FaceId) == sizeof(std::uint32_t));
+static_assert(alignof(FaceId) == alignof(std::uint32_t));
 static_assert(std::is_trivially_copyable_v<FaceId> && std::is_standard_layout_v<FaceId>);
 
 }  // namespace lumatlas

@@ -131,9 +131,11 @@ nlohmann::json measured_store(const std::shared_ptr<const Surface>& surface, con
   // They leave a tenth of the sheet to no view.
   std::vector<Camera> cameras;
   const auto columns = static_cast<std::uint32_t>(std::ceil(std::sqrt(flags.views * 4.0 / 3)));
+  cameras.reserve(flags.views);
   for (std::uint32_t view = 0; view < flags.views; ++view) {
-    cameras.push_back(camera_above(0.9 * (view % columns + 0.5) / columns,
-                                   1.2 * static_cast<double>(view / columns) / columns, 0.12, 160, 120));
+    const std::uint32_t row = view / columns;
+    cameras.push_back(
+        camera_above(0.9 * (view % columns + 0.5) / columns, 1.2 * static_cast<double>(row) / columns, 0.12, 160, 120));
   }
   const std::unique_ptr<Atlas> atlas = store_of(surface, visibility, cameras);
   nlohmann::json result;
@@ -170,7 +172,8 @@ nlohmann::json measured_uploads(const std::shared_ptr<const Surface>& surface, c
                                 const Flags& flags) {
   const EglContext context;
   std::vector<Camera> cameras;
-  for (int view = 0; view < 4; ++view) cameras.push_back(camera_above(0.3 + 0.1 * view, 0.5, 0.5, 1920, 1080));
+  cameras.reserve(4);
+  for (const double x : {0.3, 0.4, 0.5, 0.6}) cameras.push_back(camera_above(x, 0.5, 0.5, 1920, 1080));
   const std::unique_ptr<Atlas> atlas = store_of(surface, visibility, cameras);
   Renderer renderer;
   Snapshot snapshot;
@@ -221,15 +224,14 @@ nlohmann::json measured_reading(const Flags& flags) {
   const std::shared_ptr<const Surface> surface = hilly_sheet(10'000);
   const std::unique_ptr<Visibility> visibility = make_ray_visibility(surface->mesh);
   Atlas atlas(surface, kViews, kLayout);
-  std::vector<ViewSlot> slots;
+  std::vector<std::uint32_t> slots(kViews);
   for (std::uint32_t view = 0; view < kViews; ++view) {
     const Camera camera = camera_above(0.5, 0.5, 0.5 + 0.01 * view, kWidth, kHeight);
-    slots.push_back(
-        ViewSlot(atlas.insert(make_stored_view("view " + std::to_string(view), camera, noise(kWidth, kHeight, view),
-                                               visibility->trace_sparsely(camera), {}),
-                              {{kTile, CellId(0), 1}})));
+    slots[view] = atlas.insert(make_stored_view("view " + std::to_string(view), camera, noise(kWidth, kHeight, view),
+                                                visibility->trace_sparsely(camera), {}),
+                               {{kTile, CellId(0), 1}});
   }
-  atlas.set_references(0, {slots.begin(), slots.end()});
+  atlas.set_references(0, slots);
   std::filesystem::create_directories(flags.model);
   write_model(flags.model, atlas.snapshot(), {});
   Model model;
