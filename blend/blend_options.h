@@ -1,5 +1,6 @@
-// SPDX-License-Identifier: GPL-3.0-or-later How the renderer blends the best K valid views of a cell to one pixel. Erat
-// et al. 2019, section 3.1; Buehler et al. 2001 for the fade.
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Options of the renderer, which blends the best K valid views of a cell to one pixel. Erat et al. 2019, section 3.1;
+// Buehler et al. 2001 for the fade.
 //
 //   w_dir = max(0, cos of the angle at X between novel and stored camera)
 //   w_pos = min(o, i) / max(o, i)                   o, i: distance of the novel and of the stored camera from X

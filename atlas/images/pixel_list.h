@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// One value for each pixel of an image: of all pixels, or of some parts, so that memory follows the parts that somebody
-// needs and not the size of the image.
+// A list with one value for each pixel of an image. It can keep the values of some parts of the image alone, and then
+// takes memory by the size of these parts and not by the size of the image.
 #pragma once
 
 #include <algorithm>
@@ -17,9 +17,9 @@
 
 namespace lumatlas {
 
-// Pixels are counted row by row from the top left. Reads like a std::vector. Values of pixels are looked up in constant
-// time: by one step where all pixels have their own, by two tables where only parts do. Parts are kept in blocks of
-// kBlockSide x kBlockSide pixels, without those in which all pixels have the value of what is elsewhere.
+// Pixels are counted row by row from the top left. The list reads like a std::vector. A look-up takes constant time:
+// one step where each pixel has its own value, two tables where parts are kept. Parts are kept in blocks of kBlockSide x
+// kBlockSide pixels; a block whose pixels all have the value `elsewhere` takes no memory.
 template <typename T>
 class PixelList {
  public:
@@ -48,6 +48,15 @@ class PixelList {
     const auto x = static_cast<std::uint32_t>(pixel % width_), y = static_cast<std::uint32_t>(pixel / width_);
     const std::uint32_t block = block_at(x, y);
     return block == kNone ? elsewhere_ : values_[block + place_in_block(x, y)];
+  }
+
+  // Copies the values of consecutive pixels from `first` on.
+  void copy(std::size_t first, std::span<T> to) const {
+    if (has_all()) {
+      std::copy_n(all_.data() + first, to.size(), to.data());
+    } else {
+      for (std::size_t i = 0; i < to.size(); ++i) to[i] = (*this)[first + i];
+    }
   }
 
   // Asks the processor to load a pixel's value. Does nothing where parts are kept.

@@ -22,7 +22,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Returns a rectangle with so many more pixels on each side, as far as the image goes.
+// Returns the rectangle with `by` more pixels on each side, cut at the border of the image.
 PixelRect grown(const PixelRect& rect, std::uint32_t by, const Camera& camera) {
   const std::uint32_t x = rect.x - std::min(rect.x, by), y = rect.y - std::min(rect.y, by);
   return {x, y, std::min(rect.right() + by, camera.width) - x, std::min(rect.bottom() + by, camera.height) - y};

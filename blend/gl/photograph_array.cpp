@@ -4,8 +4,6 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
-#include <array>
-#include <bit>
 #include <cstring>
 #include <string>
 #include <utility>
@@ -124,12 +122,11 @@ void add_part(const PixelList<T>& values, const Camera& image, const ImageRect& 
   const std::int64_t left = std::max<std::int64_t>(part.x, 0), top = std::max<std::int64_t>(part.y, 0);
   const std::int64_t right = std::min<std::int64_t>(part.x + part.width, image.width);
   const std::int64_t bottom = std::min<std::int64_t>(part.y + part.height, image.height);
-  for (std::int64_t y = top; y < bottom && left < right; ++y) {
-    for (std::int64_t x = left; x < right; ++x) {
-      const auto value =
-          std::bit_cast<std::array<std::byte, sizeof(T)>>(values[static_cast<std::size_t>(y * image.width + x)]);
-      bytes.insert(bytes.end(), value.begin(), value.end());
-    }
+  std::vector<T> row(static_cast<std::size_t>(std::max<std::int64_t>(right - left, 0)));
+  for (std::int64_t y = top; y < bottom && !row.empty(); ++y) {
+    values.copy(static_cast<std::size_t>(y * image.width + left), row);
+    const auto row_bytes = std::as_bytes(std::span(row));
+    bytes.insert(bytes.end(), row_bytes.begin(), row_bytes.end());
   }
 }
 

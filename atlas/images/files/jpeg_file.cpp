@@ -178,7 +178,8 @@ void read_checked_header(Decoder& decoder, std::span<const std::uint8_t> bytes, 
   }
 }
 
-// Hands rows to `use`, so many at a time.
+// Calls use(first_row, rows, read) for each band of at most `rows_at_once` rows, from the top; read(rgb) decodes the
+// band.
 template <typename Use>
 void decode_rows(Decoder& decoder, const std::filesystem::path& path, std::uint32_t rows_at_once, const Use& use) {
   if (!start(decoder)) throw damaged(path, decoder);

@@ -51,6 +51,11 @@ TEST_CASE("a list of parts reads like the list of all of its pixels") {
     if (parts[pixel] != all[pixel]) FAIL_CHECK("pixel " << pixel);
   }
   CHECK(parts.all() == all);
+  for (const Numbers& list : {parts, Numbers(all)}) {
+    std::vector<std::uint16_t> run(1000);
+    list.copy(777, run);
+    CHECK(std::equal(run.begin(), run.end(), all.begin() + 777));
+  }
   CHECK(parts == Numbers(all));
   CHECK(Numbers(all) == parts);
   std::size_t last = 0, counted = 0, own = 0;
@@ -90,7 +95,7 @@ TEST_CASE("a part that is none of the image, or has other values than pixels, is
   CHECK_THROWS_AS(Numbers(0, 10, 0), std::invalid_argument);
 }
 
-// Keeps parts of a photograph that is read in bands of so many rows.
+// Keeps parts of a photograph that is read in bands of `rows` rows.
 StoredPhotograph in_parts(const Photograph& whole, const std::vector<PixelRect>& parts, std::uint32_t rows = 7) {
   return {{whole.width, whole.height}, whole.valid, parts, [&](const PixelRows& use) {
             const std::size_t row_bytes = std::size_t{3} * whole.width;

@@ -31,7 +31,7 @@ struct Coding {
   J_COLOR_SPACE color_space = JCS_RGB;
   int components = 3;
   bool progressive = false;
-  int restart_rows = 0;      // a restart marker after so many rows of blocks; 0: none
+  int restart_rows = 0;      // rows of blocks between restart markers; 0: none
   bool full_chroma = false;  // 4:4:4
 };
 
