@@ -17,10 +17,10 @@
 #include <vector>
 
 #include "atlas/snapshot.h"
-#include "atlas/stored_view.h"
 #include "atlas/surface.h"
 #include "atlas/tiles/tile_policy.h"
 #include "atlas/tiles/tiles.h"
+#include "atlas/views/stored_view.h"
 #include "mesh/visibility/visibility.h"
 
 namespace lumatlas {

@@ -7,11 +7,11 @@
 #include <memory>
 #include <vector>
 
-#include "atlas/fallback_colors.h"
+#include "atlas/colors/fallback_colors.h"
 #include "atlas/reference_table.h"
-#include "atlas/stored_view.h"
 #include "atlas/surface.h"
 #include "atlas/tiles/tiles.h"
+#include "atlas/views/stored_view.h"
 
 namespace lumatlas {
 

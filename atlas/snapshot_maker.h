@@ -9,9 +9,9 @@
 #include <span>
 #include <vector>
 
+#include "atlas/colors/vertex_colors.h"
 #include "atlas/snapshot.h"
 #include "atlas/tiles/tile_policy.h"
-#include "atlas/vertex_colors.h"
 
 namespace lumatlas {
 

@@ -10,9 +10,9 @@
 //           (printed: w)
 //
 // faded() is faded_weight() of blend/geometric_weight.h. `left` is the share of the view that is left at X. It is 0
-// where X is behind the stored depth or its pixel is invalid. Elsewhere it is the mask of atlas/validity.h, which is
-// interpolated but at rims, times rim_share() at a rim, which is 0 without `rims`, and times frame_share() in a band
-// along the photograph's border (printed: no band, and a mask of 0 and 1).
+// where X is behind the stored depth or its pixel is invalid. Elsewhere it is the mask of atlas/views/validity.h, which
+// is interpolated except at rims, times rim_share() at a rim, which is 0 without `rims`, and times frame_share() in a
+// band along the photograph's border (printed: no band, and a mask of 0 and 1).
 #pragma once
 
 #include <cstdint>

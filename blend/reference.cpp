@@ -14,10 +14,10 @@
 #include <stdexcept>
 #include <string>
 
-#include "atlas/depth_blocks.h"
 #include "atlas/images/image_levels.h"
 #include "atlas/images/srgb.h"
 #include "atlas/tiles/compressed_texels.h"
+#include "atlas/views/depth_blocks.h"
 #include "blend/cubic_kernel.h"
 #include "blend/exposure.h"
 #include "blend/footprint.h"

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <optional>
 
-#include "atlas/validity.h"
+#include "atlas/views/validity.h"
 #include "planner/coverage/coverage.h"
 #include "planner/refinement/refiner.h"
 

@@ -5,7 +5,7 @@
 #include <cstdint>
 #include <vector>
 
-#include "atlas/stored_view.h"
+#include "atlas/views/stored_view.h"
 
 namespace lumatlas {
 

@@ -18,8 +18,8 @@
 namespace lumatlas {
 
 // Pixels are counted row by row from the top left. The list reads like a std::vector. A look-up takes constant time:
-// one step where each pixel has its own value, two tables where parts are kept. Parts are kept in blocks of kBlockSide x
-// kBlockSide pixels; a block whose pixels all have the value `elsewhere` takes no memory.
+// one step where each pixel has its own value, two tables where parts are kept. Parts are kept in square blocks of
+// kBlockSide pixels a side; a block whose pixels all have the value `elsewhere` takes no memory.
 template <typename T>
 class PixelList {
  public:

@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "atlas/stored_view.h"
+#include "atlas/views/stored_view.h"
 
 namespace lumatlas {
 

@@ -13,7 +13,7 @@
 
 #include "atlas/atlas.h"
 #include "atlas/model/model_form.h"
-#include "atlas/validity.h"
+#include "atlas/views/validity.h"
 
 namespace lumatlas {
 

@@ -12,7 +12,7 @@
 #include "atlas/fade_zones.h"
 #include "atlas/images/photograph.h"
 #include "atlas/snapshot.h"
-#include "atlas/validity.h"
+#include "atlas/views/validity.h"
 #include "mesh/tick.h"
 
 namespace lumatlas {

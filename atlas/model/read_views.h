@@ -12,9 +12,9 @@
 
 #include "atlas/model/gltf/field_reader.h"
 #include "atlas/model/model_file.h"
-#include "atlas/stored_view.h"
 #include "atlas/tiles/tiles.h"
-#include "atlas/validity.h"
+#include "atlas/views/stored_view.h"
+#include "atlas/views/validity.h"
 #include "mesh/camera.h"
 #include "mesh/mesh.h"
 

@@ -11,9 +11,9 @@
 #include <vector>
 
 #include "atlas/reference_table.h"
-#include "atlas/stored_view.h"
 #include "atlas/surface.h"
 #include "atlas/tiles/tiles.h"
+#include "atlas/views/stored_view.h"
 
 namespace lumatlas {
 

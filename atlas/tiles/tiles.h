@@ -15,8 +15,8 @@
 #include <vector>
 
 #include "atlas/reference_table.h"
-#include "atlas/stored_view.h"
 #include "atlas/tiles/texel_format.h"
+#include "atlas/views/stored_view.h"
 #include "mesh/base/id.h"
 #include "mesh/camera.h"
 #include "mesh/cells/cells.h"

@@ -4,7 +4,8 @@
 //
 // Colour (sRGB) with validity as alpha has coarser levels, within a tile place as far as its gutter allows. Their
 // colours are means weighted by validity, so that they belong to the mask as much as to the photograph. Depth and
-// rims have none, and no gutter, because they are asked for at pixels and not between them: see atlas/depth_blocks.h.
+// rims have none, and no gutter, because they are asked for at pixels and not between them: see
+// atlas/views/depth_blocks.h.
 #pragma once
 
 #include <cstdint>
@@ -14,10 +15,10 @@
 #include <span>
 #include <vector>
 
-#include "atlas/depth_blocks.h"
 #include "atlas/images/image_levels.h"
 #include "atlas/snapshot.h"
 #include "atlas/tiles/texel_format.h"
+#include "atlas/views/depth_blocks.h"
 #include "blend/gl/gl_objects.h"
 #include "blend/gl/mask_pass.h"
 

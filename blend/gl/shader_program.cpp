@@ -8,7 +8,7 @@
 #include <string_view>
 #include <utility>
 
-#include "atlas/depth_blocks.h"
+#include "atlas/views/depth_blocks.h"
 #include "blend/blend_options.h"
 #include "blend/exposure.h"
 #include "blend/footprint.h"

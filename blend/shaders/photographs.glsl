@@ -1,7 +1,7 @@
 // Samples the photographs of stored views at a point of the surface.
 
 uniform sampler2DArray photographs;  // sRGB colour, linear once read; alpha: validity
-uniform usampler2DArray depths;      // blocks of them, see atlas/depth_blocks.h
+uniform usampler2DArray depths;      // blocks of them, see atlas/views/depth_blocks.h
 
 // Returns whole numbers' quotient, rounded down: exact for numbers up to 2^21, and far faster than the division of
 // integers, for which GPUs have no instruction.

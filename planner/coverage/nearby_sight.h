@@ -2,7 +2,7 @@
 // Finds what a camera close to a stored view sees, from the view's depth instead of by rays.
 #pragma once
 
-#include "atlas/stored_view.h"
+#include "atlas/views/stored_view.h"
 #include "mesh/camera.h"
 #include "mesh/visibility/visibility.h"
 #include "planner/coverage/seen_faces.h"

@@ -15,7 +15,7 @@
 #include <vector>
 
 #include "atlas/atlas.h"
-#include "atlas/vertex_colors.h"
+#include "atlas/colors/vertex_colors.h"
 #include "mesh/visibility/visibility.h"
 #include "tests/support/small_scenes.h"
 #include "tests/support/view_parts.h"

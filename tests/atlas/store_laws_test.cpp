@@ -11,8 +11,8 @@
 #include <vector>
 
 #include "atlas/atlas.h"
+#include "atlas/colors/vertex_colors.h"
 #include "atlas/model/model_file.h"
-#include "atlas/vertex_colors.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/support/wall_scenes.h"
 

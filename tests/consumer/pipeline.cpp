@@ -6,7 +6,7 @@
 #include <exception>
 
 #include "tools/pipeline/build_model.h"
-#include "tools/pipeline/save_model.h"
+#include "tools/pipeline/output/save_model.h"
 #include "tools/score/validation.h"
 
 volatile std::sig_atomic_t stopped = 0;

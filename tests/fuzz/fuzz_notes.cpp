@@ -5,7 +5,7 @@
 #include <filesystem>
 
 #include "tests/fuzz/sentence_laws.h"
-#include "tools/pipeline/model_output.h"
+#include "tools/pipeline/output/model_output.h"
 #include "tools/score/report/report_refinements.h"
 
 extern "C" int LLVMFuzzerInitialize(int* /*argument_count*/, char*** /*arguments*/) {

@@ -6,7 +6,7 @@
 #include <memory>
 #include <utility>
 
-#include "atlas/stored_view.h"
+#include "atlas/views/stored_view.h"
 
 namespace lumatlas {
 

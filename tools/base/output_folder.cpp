@@ -19,8 +19,8 @@
 
 #include "mesh/base/errors.h"
 #include "mesh/base/final_names.h"
-#include "tools/base/interrupt.h"
-#include "tools/base/process_limits.h"
+#include "tools/base/process/interrupt.h"
+#include "tools/base/process/process_limits.h"
 #include "tools/base/strict_json.h"
 
 namespace lumatlas {

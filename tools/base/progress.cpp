@@ -11,7 +11,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "tools/base/interrupt.h"
+#include "tools/base/process/interrupt.h"
 
 namespace lumatlas {
 

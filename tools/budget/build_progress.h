@@ -62,7 +62,7 @@ class BuildStage {
 };
 
 // Shows each stage on stderr as tools/base/progress.h does, and throws Interrupted once the user has asked the program
-// to stop (tools/base/interrupt.h). `quiet`: shows nothing, but can still be interrupted.
+// to stop (tools/base/process/interrupt.h). `quiet`: shows nothing, but can still be interrupted.
 [[nodiscard]] BuildCallback progress_on_standard_error(bool quiet = false);
 
 }  // namespace lumatlas

@@ -8,7 +8,7 @@
 #include <memory>
 #include <vector>
 
-#include "tools/base/interrupt.h"
+#include "tools/base/process/interrupt.h"
 
 namespace lumatlas {
 

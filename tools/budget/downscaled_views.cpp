@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "atlas/images/lower_resolution.h"
-#include "tools/base/interrupt.h"
+#include "tools/base/process/interrupt.h"
 
 namespace lumatlas {
 

@@ -13,7 +13,7 @@
 #include "blend/gl/egl_context.h"
 #include "blend/gpu_bytes.h"
 #include "mesh/base/errors.h"
-#include "tools/base/interrupt.h"
+#include "tools/base/process/interrupt.h"
 
 namespace lumatlas {
 

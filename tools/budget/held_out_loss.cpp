@@ -12,7 +12,7 @@
 
 #include "planner/hindsight.h"
 #include "planner/tile_choice.h"
-#include "tools/base/interrupt.h"
+#include "tools/base/process/interrupt.h"
 
 namespace lumatlas {
 

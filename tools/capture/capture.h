@@ -63,7 +63,7 @@ struct CaptureResult {
   std::vector<CaptureStep> steps;
   std::vector<std::string> outliers;  // names of placed photographs that the build left out: they agree with no other
   std::vector<std::string> warnings;  // reasons not to trust the mesh, in sentences; none where it was made before
-  nlohmann::json summary;             // the build's: tools/pipeline/build_summary.h
+  nlohmann::json summary;             // the build's: tools/pipeline/output/build_summary.h
 };
 
 // From a folder of photographs and videos, or one video: makes photographs of what COLMAP does not read, then features,

@@ -13,12 +13,12 @@
 #include "tools/cli/output/json_output.h"
 #include "tools/cli/output/next_steps.h"
 #include "tools/cli/shown_build.h"
-#include "tools/pipeline/build_summary.h"
-#include "tools/pipeline/model_inspection.h"
-#include "tools/pipeline/model_output.h"
+#include "tools/pipeline/output/build_summary.h"
+#include "tools/pipeline/output/model_inspection.h"
+#include "tools/pipeline/output/model_output.h"
+#include "tools/pipeline/output/save_model.h"
 #include "tools/pipeline/refinement/lens_notes.h"
 #include "tools/pipeline/refinement/refinement_json.h"
-#include "tools/pipeline/save_model.h"
 #include "tools/stereo/scene_stereo.h"
 
 namespace lumatlas {

@@ -4,7 +4,7 @@
 
 #include <optional>
 
-#include "tools/base/interrupt.h"
+#include "tools/base/process/interrupt.h"
 #include "tools/budget/build_progress.h"
 #include "tools/cli/flags/build_flags.h"
 

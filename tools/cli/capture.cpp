@@ -15,7 +15,7 @@
 #include "tools/cli/output/json_output.h"
 #include "tools/cli/output/next_steps.h"
 #include "tools/cli/output/stage_bars.h"
-#include "tools/pipeline/build_summary.h"
+#include "tools/pipeline/output/build_summary.h"
 
 namespace lumatlas {
 

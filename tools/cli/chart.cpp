@@ -12,10 +12,10 @@
 
 #include "blend/gl/egl_context.h"
 #include "mesh/base/errors.h"
-#include "tools/base/child_process.h"
 #include "tools/base/commit.h"
-#include "tools/base/machine.h"
 #include "tools/base/output_folder.h"
+#include "tools/base/process/child_process.h"
+#include "tools/base/process/machine.h"
 #include "tools/cli/commands.h"
 #include "tools/cli/flags/option_rules.h"
 #include "tools/cli/output/json_output.h"

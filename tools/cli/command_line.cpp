@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "tools/base/error_sentence.h"
-#include "tools/base/interrupt.h"
-#include "tools/base/process_limits.h"
+#include "tools/base/process/interrupt.h"
+#include "tools/base/process/process_limits.h"
 #include "tools/cli/commands.h"
 #include "tools/cli/flags/option_rules.h"
 #include "tools/cli/output/suggestion.h"

@@ -16,7 +16,7 @@
 #include "tools/cli/flags/setting_flags.h"
 #include "tools/cli/output/json_output.h"
 #include "tools/inspection/inspection.h"
-#include "tools/pipeline/model_inspection.h"
+#include "tools/pipeline/output/model_inspection.h"
 #include "tools/pipeline/surface/completed_surface.h"
 #include "tools/settings/option_tables.h"
 

@@ -7,8 +7,8 @@
 #include <string>
 #include <string_view>
 
-#include "tools/base/process_limits.h"
-#include "tools/base/standard_streams.h"
+#include "tools/base/process/process_limits.h"
+#include "tools/base/process/standard_streams.h"
 
 namespace {
 

@@ -6,8 +6,8 @@
 
 #include "mesh/base/freed_memory.h"
 #include "tools/base/error_sentence.h"
-#include "tools/base/interrupt.h"
-#include "tools/base/standard_streams.h"
+#include "tools/base/process/interrupt.h"
+#include "tools/base/process/standard_streams.h"
 #include "tools/cli/command_line.h"
 
 int main(int argc, char** argv) {

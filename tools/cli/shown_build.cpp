@@ -5,7 +5,7 @@
 #include <iostream>
 #include <string>
 
-#include "tools/base/interrupt.h"
+#include "tools/base/process/interrupt.h"
 #include "tools/cli/output/print_address.h"
 #include "tools/viewer/open_browser.h"
 

@@ -6,7 +6,7 @@
 #include <string>
 
 #include "mesh/base/errors.h"
-#include "tools/base/interrupt.h"
+#include "tools/base/process/interrupt.h"
 #include "tools/cli/commands.h"
 #include "tools/cli/output/print_address.h"
 #include "tools/viewer/model_files.h"

@@ -13,10 +13,10 @@
 #include "tools/base/elapsed.h"
 #include "tools/base/output_folder.h"
 #include "tools/export/replaceable_export.h"
-#include "tools/pipeline/model_output.h"
 #include "tools/pipeline/offered_scene.h"
+#include "tools/pipeline/output/model_output.h"
+#include "tools/pipeline/output/worth_saving.h"
 #include "tools/pipeline/refinement/lens_notes.h"
-#include "tools/pipeline/worth_saving.h"
 #include "tools/scene/geo_reference.h"
 #include "tools/texture/write_textured_mesh.h"
 

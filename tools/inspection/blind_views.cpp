@@ -5,7 +5,7 @@
 
 #include "mesh/base/errors.h"
 #include "mesh/base/number_text.h"
-#include "tools/base/interrupt.h"
+#include "tools/base/process/interrupt.h"
 
 namespace lumatlas {
 

@@ -12,7 +12,7 @@
 #include "mesh/base/errors.h"
 #include "mesh/base/median.h"
 #include "mesh/base/requirement.h"
-#include "tools/base/interrupt.h"
+#include "tools/base/process/interrupt.h"
 #include "tools/scene/for_each_index.h"
 
 namespace lumatlas {

@@ -22,7 +22,7 @@
 
 #include "mesh/base/median.h"
 #include "mesh/cells/cells.h"
-#include "tools/base/interrupt.h"
+#include "tools/base/process/interrupt.h"
 
 namespace lumatlas {
 

@@ -18,7 +18,7 @@
 
 #include "mesh/base/errors.h"
 #include "mesh/base/number_text.h"
-#include "tools/base/child_process.h"
+#include "tools/base/process/child_process.h"
 
 namespace lumatlas {
 

@@ -9,7 +9,7 @@
 #include "mesh/base/median.h"
 #include "mesh/upright.h"
 #include "mesh/visibility/visibility.h"
-#include "tools/base/interrupt.h"
+#include "tools/base/process/interrupt.h"
 #include "tools/picture/paths/camera_tours.h"
 #include "tools/picture/paths/path_file.h"
 #include "tools/picture/photographed_share.h"

@@ -15,7 +15,7 @@
 #include "planner/surface_distance.h"
 #include "planner/tile_choice.h"
 #include "tools/base/elapsed.h"
-#include "tools/base/interrupt.h"
+#include "tools/base/process/interrupt.h"
 #include "tools/budget/downscaled_views.h"
 #include "tools/budget/fewer_faces.h"
 #include "tools/budget/fitted_views.h"

@@ -131,8 +131,9 @@ struct BuildResult {
 using AtlasWatch = std::function<std::shared_ptr<void>(const Atlas&)>;
 
 // Checks the options before it reads anything, and that each view alone fits into planner.max_bytes before it plans
-// anything. Writes nothing, to no stream either; tools/pipeline/save_model.h writes the result. Throws InputError, what
-// check() throws, with VisibilityBy::gl GlError, and BuildStopped once the callback has returned false.
+// anything. Writes nothing, to no stream either; tools/pipeline/output/save_model.h writes the result. Throws
+// InputError, what check() throws, with VisibilityBy::gl GlError, and BuildStopped once the callback has returned
+// false.
 [[nodiscard]] BuildResult build_model(const std::filesystem::path& scene, const BuildOptions& options,
                                       const BuildCallback& callback = {}, const AtlasWatch& watch = {});
 

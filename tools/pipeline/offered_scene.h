@@ -5,8 +5,8 @@
 #include <filesystem>
 #include <optional>
 
-#include "atlas/validity.h"
-#include "tools/pipeline/model_output.h"
+#include "atlas/views/validity.h"
+#include "tools/pipeline/output/model_output.h"
 #include "tools/scene/scene.h"
 #include "tools/texture/placed_photographs.h"
 

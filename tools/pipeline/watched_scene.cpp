@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "mesh/base/errors.h"
-#include "tools/base/interrupt.h"
+#include "tools/base/process/interrupt.h"
 
 namespace lumatlas {
 

@@ -10,7 +10,7 @@
 #include "tools/base/output_folder.h"
 #include "tools/pipeline/build_model.h"
 #include "tools/pipeline/model_budget.h"
-#include "tools/pipeline/save_model.h"
+#include "tools/pipeline/output/save_model.h"
 #include "tools/python/bindings.h"
 #include "tools/python/codings.h"
 #include "tools/python/mesh_frames.h"

@@ -7,7 +7,7 @@
 #include <variant>
 
 #include "tools/inspection/inspection.h"
-#include "tools/pipeline/model_inspection.h"
+#include "tools/pipeline/output/model_inspection.h"
 #include "tools/pipeline/surface/completed_surface.h"
 #include "tools/python/bindings.h"
 #include "tools/python/mesh_frames.h"

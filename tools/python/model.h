@@ -12,7 +12,7 @@
 #include "blend/gl/egl_context.h"
 #include "blend/renderer.h"
 #include "mesh/visibility/visibility.h"
-#include "tools/pipeline/model_output.h"
+#include "tools/pipeline/output/model_output.h"
 #include "tools/python/initialised_caster.h"
 
 namespace lumatlas::python {

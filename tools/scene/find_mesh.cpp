@@ -10,7 +10,7 @@
 #include "mesh/base/file_ending.h"
 #include "mesh/base/text_fields.h"
 #include "mesh/readers/mesh_file.h"
-#include "tools/base/child_process.h"
+#include "tools/base/process/child_process.h"
 #include "tools/scene/forms/capture.h"
 #include "tools/scene/forms/capture_forms.h"
 #include "tools/scene/forms/photographs/photograph_names.h"

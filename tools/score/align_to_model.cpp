@@ -10,7 +10,7 @@
 #include "planner/refinement/alignment.h"
 #include "planner/refinement/photometry.h"
 #include "planner/refinement/surface_samples.h"
-#include "tools/base/interrupt.h"
+#include "tools/base/process/interrupt.h"
 
 namespace lumatlas {
 

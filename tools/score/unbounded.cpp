@@ -6,7 +6,7 @@
 #include <string>
 #include <utility>
 
-#include "atlas/vertex_colors.h"
+#include "atlas/colors/vertex_colors.h"
 #include "mesh/visibility/visibility.h"
 #include "planner/refinement/photometry.h"
 #include "tools/scene/photograph_stream.h"

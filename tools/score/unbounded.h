@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "atlas/atlas.h"
-#include "atlas/validity.h"
+#include "atlas/views/validity.h"
 #include "mesh/visibility/visibility.h"
 #include "tools/base/progress.h"
 #include "tools/scene/scene.h"

@@ -16,7 +16,7 @@
 #include "blend/renderer.h"
 #include "blend/supersampling.h"
 #include "mesh/base/errors.h"
-#include "tools/base/interrupt.h"
+#include "tools/base/process/interrupt.h"
 #include "tools/base/progress.h"
 #include "tools/frame/background.h"
 #include "tools/scene/photograph_stream.h"

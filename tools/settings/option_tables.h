@@ -9,7 +9,7 @@
 #pragma once
 
 #include "atlas/tiles/tiles.h"
-#include "atlas/validity.h"
+#include "atlas/views/validity.h"
 #include "blend/blend_options.h"
 #include "mesh/cells/cells.h"
 #include "planner/planner.h"

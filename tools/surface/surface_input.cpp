@@ -19,7 +19,7 @@
 #include "mesh/readers/ply_header.h"
 #include "mesh/repair/holes.h"
 #include "mesh/repair/simplification.h"
-#include "tools/base/interrupt.h"
+#include "tools/base/process/interrupt.h"
 #include "tools/scene/mesh_coordinate_step.h"
 #include "tools/scene/scene.h"
 

@@ -13,7 +13,7 @@
 #include "mesh/base/number_text.h"
 #include "planner/refinement/pyramid.h"
 #include "planner/refinement/surface_samples.h"
-#include "tools/base/interrupt.h"
+#include "tools/base/process/interrupt.h"
 
 namespace lumatlas {
 

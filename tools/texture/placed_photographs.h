@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "atlas/snapshot.h"
-#include "atlas/validity.h"
+#include "atlas/views/validity.h"
 #include "mesh/camera.h"
 #include "mesh/visibility/visibility.h"
 #include "planner/refinement/refiner.h"

@@ -18,7 +18,7 @@
 #include "mesh/base/errors.h"
 #include "mesh/base/number_text.h"
 #include "mesh/base/whole_file.h"
-#include "tools/base/process_limits.h"
+#include "tools/base/process/process_limits.h"
 
 namespace lumatlas {
 

@@ -10,7 +10,7 @@
 
 #include "mesh/base/errors.h"
 #include "mesh/base/file_ending.h"
-#include "tools/base/child_process.h"
+#include "tools/base/process/child_process.h"
 #include "tools/base/strict_json.h"
 #include "tools/video/grey_stream.h"
 

@@ -9,7 +9,7 @@
 #include <filesystem>
 #include <thread>
 
-#include "tools/base/child_process.h"
+#include "tools/base/process/child_process.h"
 
 namespace lumatlas {
 

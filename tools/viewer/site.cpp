@@ -22,7 +22,7 @@
 #include "blend/tables/cell_shares.h"
 #include "mesh/base/errors.h"
 #include "tools/base/html_text.h"
-#include "tools/base/process_limits.h"
+#include "tools/base/process/process_limits.h"
 #include "tools/picture/paths/kept_path.h"
 #include "tools/viewer/base64.h"
 #include "tools/viewer/page_assets.h"

@@ -15,7 +15,7 @@
 
 #include "atlas/images/scaled_view.h"
 #include "atlas/snapshot.h"
-#include "atlas/validity.h"
+#include "atlas/views/validity.h"
 #include "mesh/tick.h"
 
 namespace lumatlas {

@@ -19,8 +19,8 @@
 #include "tests/tools/pipeline/bounded_build.h"
 #include "tests/tools/pipeline/sharp_scene.h"
 #include "tools/pipeline/build_model.h"
-#include "tools/pipeline/build_summary.h"
-#include "tools/pipeline/save_model.h"
+#include "tools/pipeline/output/build_summary.h"
+#include "tools/pipeline/output/save_model.h"
 
 namespace lumatlas {
 namespace {

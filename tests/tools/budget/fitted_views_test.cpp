@@ -12,7 +12,7 @@
 #include "tests/tools/pipeline/bounded_build.h"
 #include "tests/tools/pipeline/sharp_scene.h"
 #include "tools/pipeline/build_model.h"
-#include "tools/pipeline/build_summary.h"
+#include "tools/pipeline/output/build_summary.h"
 
 namespace lumatlas {
 namespace {

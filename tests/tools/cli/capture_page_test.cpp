@@ -20,9 +20,9 @@
 #include "tests/tools/cli/program_here.h"
 #include "tests/tools/viewer/browser.h"
 #include "tests/tools/viewer/test_site.h"
-#include "tools/base/child_process.h"
 #include "tools/base/files_below.h"
-#include "tools/pipeline/model_output.h"
+#include "tools/base/process/child_process.h"
+#include "tools/pipeline/output/model_output.h"
 #include "tools/pipeline/refinement/lens_notes.h"
 #include "tools/scene/scene.h"
 

@@ -18,7 +18,7 @@
 #include "tests/tools/cli/capture_surroundings.h"
 #include "tests/tools/cli/program.h"
 #include "tests/tools/cli/program_here.h"
-#include "tools/base/child_process.h"
+#include "tools/base/process/child_process.h"
 
 namespace lumatlas {
 namespace {

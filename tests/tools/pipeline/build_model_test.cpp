@@ -25,9 +25,9 @@
 #include "tests/support/temporary_folder.h"
 #include "tools/lab/synth/synth.h"
 #include "tools/pipeline/build_settings.h"
-#include "tools/pipeline/build_summary.h"
-#include "tools/pipeline/model_inspection.h"
-#include "tools/pipeline/save_model.h"
+#include "tools/pipeline/output/build_summary.h"
+#include "tools/pipeline/output/model_inspection.h"
+#include "tools/pipeline/output/save_model.h"
 #include "tools/scene/forms/colmap/colmap_writer.h"
 #include "tools/scene/growing_scene.h"
 

@@ -13,7 +13,7 @@
 #include "tests/support/skip.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/tools/video/textured_wall.h"
-#include "tools/base/child_process.h"
+#include "tools/base/process/child_process.h"
 
 namespace lumatlas {
 namespace {

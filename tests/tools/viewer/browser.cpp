@@ -17,7 +17,7 @@
 
 #include "tests/support/skip.h"
 #include "tests/support/temporary_folder.h"
-#include "tools/base/child_process.h"
+#include "tools/base/process/child_process.h"
 
 namespace lumatlas {
 

@@ -13,7 +13,7 @@
 
 #include "mesh/base/errors.h"
 #include "mesh/base/whole_file.h"
-#include "tools/base/child_process.h"
+#include "tools/base/process/child_process.h"
 #include "tools/capture/colmap/colmap_log.h"
 #include "tools/scene/lenses/camera_model.h"
 

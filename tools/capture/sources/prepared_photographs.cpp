@@ -8,7 +8,7 @@
 #include "atlas/images/photograph.h"
 #include "mesh/base/errors.h"
 #include "mesh/base/whole_file.h"
-#include "tools/base/interrupt.h"
+#include "tools/base/process/interrupt.h"
 #include "tools/capture/sources/video_motion.h"
 #include "tools/capture/work_folder.h"
 #include "tools/video/frame_choice.h"

@@ -5,8 +5,8 @@
 #include <optional>
 
 #include "mesh/base/errors.h"
-#include "tools/base/interrupt.h"
 #include "tools/base/output_folder.h"
+#include "tools/base/process/interrupt.h"
 #include "tools/base/strict_json.h"
 #include "tools/capture/step_record.h"
 #include "tools/video/frame_motion.h"

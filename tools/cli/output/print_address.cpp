@@ -5,8 +5,8 @@
 #include <nlohmann/json.hpp>
 
 #include "mesh/base/errors.h"
-#include "tools/base/interrupt.h"
-#include "tools/base/process_limits.h"
+#include "tools/base/process/interrupt.h"
+#include "tools/base/process/process_limits.h"
 #include "tools/cli/output/json_output.h"
 
 namespace lumatlas {

@@ -14,8 +14,8 @@
 
 #include "mesh/base/errors.h"
 #include "mesh/base/pending_file.h"
-#include "tools/base/child_process.h"
 #include "tools/base/output_folder.h"
+#include "tools/base/process/child_process.h"
 
 namespace lumatlas {
 

@@ -22,9 +22,9 @@
 #include <utility>
 
 #include "mesh/base/errors.h"
-#include "tools/base/child_process.h"
-#include "tools/base/interrupt.h"
 #include "tools/base/output_folder.h"
+#include "tools/base/process/child_process.h"
+#include "tools/base/process/interrupt.h"
 #include "tools/base/progress.h"
 #include "tools/base/strict_json.h"
 #include "tools/lab/sweep/scene_facts.h"

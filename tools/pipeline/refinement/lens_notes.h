@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "tools/pipeline/build_model.h"
-#include "tools/pipeline/model_output.h"
+#include "tools/pipeline/output/model_output.h"
 #include "tools/scene/scene.h"
 
 namespace lumatlas {

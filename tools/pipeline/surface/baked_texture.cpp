@@ -4,7 +4,7 @@
 #include <chrono>
 
 #include "tools/base/elapsed.h"
-#include "tools/base/interrupt.h"
+#include "tools/base/process/interrupt.h"
 #include "tools/texture/textured_mesh.h"
 
 namespace lumatlas {

@@ -14,7 +14,7 @@
 #include "mesh/base/number_text.h"
 #include "mesh/base/temporary_entry.h"
 #include "mesh/repair/repair.h"
-#include "tools/base/interrupt.h"
+#include "tools/base/process/interrupt.h"
 #include "tools/meshing/contradicted_faces.h"
 #include "tools/meshing/mesh_completion.h"
 #include "tools/meshing/photograph_mesh.h"

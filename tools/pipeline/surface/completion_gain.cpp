@@ -12,7 +12,7 @@
 #include <numeric>
 #include <utility>
 
-#include "tools/base/interrupt.h"
+#include "tools/base/process/interrupt.h"
 #include "tools/frame/background.h"
 #include "tools/scene/for_each_index.h"
 

@@ -10,7 +10,7 @@
 
 #include "mesh/base/errors.h"
 #include "mesh/far_sphere.h"
-#include "tools/base/interrupt.h"
+#include "tools/base/process/interrupt.h"
 #include "tools/inspection/blind_views.h"
 #include "tools/scene/for_each_index.h"
 

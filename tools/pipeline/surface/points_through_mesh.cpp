@@ -6,7 +6,7 @@
 #include <cstdint>
 #include <utility>
 
-#include "tools/base/interrupt.h"
+#include "tools/base/process/interrupt.h"
 #include "tools/inspection/blind_views.h"
 
 namespace lumatlas {

@@ -8,7 +8,7 @@
 #include <string_view>
 #include <system_error>
 
-#include "tools/base/child_process.h"
+#include "tools/base/process/child_process.h"
 #include "tools/scene/forms/capture.h"
 #include "tools/scene/forms/photographs/photograph_names.h"
 

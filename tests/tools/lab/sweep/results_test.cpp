@@ -12,7 +12,7 @@
 
 #include "tests/support/skip.h"
 #include "tests/support/temporary_folder.h"
-#include "tools/base/child_process.h"
+#include "tools/base/process/child_process.h"
 #include "tools/lab/sweep/markdown.h"
 #include "tools/lab/sweep/page.h"
 #include "tools/lab/sweep/pareto_front.h"

@@ -10,7 +10,7 @@
 
 #include "mesh/base/temporary_entry.h"
 #include "tests/support/temporary_folder.h"
-#include "tools/base/machine.h"
+#include "tools/base/process/machine.h"
 
 namespace lumatlas {
 namespace {

@@ -16,7 +16,7 @@
 #include "tests/support/colmap_bytes.h"
 #include "tests/support/temporary_folder.h"
 #include "tools/lab/synth/synth.h"
-#include "tools/pipeline/save_model.h"
+#include "tools/pipeline/output/save_model.h"
 
 namespace lumatlas {
 namespace {

@@ -10,7 +10,7 @@ import {viewsOf} from '../reading/model.js';
 const MOST_PAGE_SIDE = 2048;
 const MOST_PAGES = 256;
 export const BLOCK_SIDE = 4;  // texels that are compressed together
-// Pixels along a side of a block of depths (atlas/depth_blocks.h).
+// Pixels along a side of a block of depths (atlas/views/depth_blocks.h).
 export const DEPTH_BLOCK_SIDE = 8;
 const DEPTH_BLOCK_BYTES = 16;
 const LEAST_CELLS = 8;   // which pictures need; with fewer, photographs are scaled below what the canvas shows

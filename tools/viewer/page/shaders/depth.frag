@@ -1,5 +1,5 @@
 #version 300 es
-// A block of a stored view's depths, as atlas/depth_blocks.h has it and atlas/depth_blocks.cpp finds it.
+// A block of a stored view's depths, as atlas/views/depth_blocks.h has it and atlas/views/depth_blocks.cpp finds it.
 precision highp float;
 precision highp int;
 precision highp sampler2D;

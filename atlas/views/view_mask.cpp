@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "atlas/view_mask.h"
+#include "atlas/views/view_mask.h"
 
 #include <utility>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "tools/base/child_process.h"
+#include "tools/base/process/child_process.h"
 
 #include <sys/wait.h>
 #include <unistd.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "atlas/fallback_colors.h"
+#include "atlas/colors/fallback_colors.h"
 
 #include <atomic>
 #include <mutex>

@@ -18,8 +18,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "atlas/stored_view.h"
 #include "atlas/tiles/texel_format.h"
+#include "atlas/views/stored_view.h"
 
 namespace lumatlas {
 

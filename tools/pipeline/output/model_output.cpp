@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "tools/pipeline/model_output.h"
+#include "tools/pipeline/output/model_output.h"
 
 #include <stdexcept>
 #include <string>
@@ -7,7 +7,7 @@
 #include "blend/blend_options.h"
 #include "blend/tables/cell_shares.h"
 #include "mesh/base/errors.h"
-#include "tools/base/interrupt.h"
+#include "tools/base/process/interrupt.h"
 #include "tools/base/strict_json.h"
 
 namespace lumatlas {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "tools/base/interrupt.h"
+#include "tools/base/process/interrupt.h"
 
 #include <fcntl.h>
 #include <unistd.h>

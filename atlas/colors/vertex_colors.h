@@ -13,8 +13,8 @@
 #include <span>
 #include <vector>
 
-#include "atlas/stored_view.h"
 #include "atlas/surface.h"
+#include "atlas/views/stored_view.h"
 #include "mesh/mesh.h"
 #include "mesh/vertex_faces.h"
 

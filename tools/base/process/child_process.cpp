@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // This is not Boost.Process: a child must end with its parent, with all that it started, and start with no signal
 // blocked. Boost.Process has no functions for these, and Debian 12's needs a compiled Boost.Filesystem besides.
-#include "tools/base/child_process.h"
+#include "tools/base/process/child_process.h"
 
 #include <fcntl.h>
 #include <sys/prctl.h>
@@ -21,7 +21,7 @@
 #include <thread>
 
 #include "mesh/base/errors.h"
-#include "tools/base/interrupt.h"
+#include "tools/base/process/interrupt.h"
 
 namespace lumatlas {
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The laws of depth in blocks, on stored views of which only depth, validity and rims matter.
-#include "atlas/depth_blocks.h"
+#include "atlas/views/depth_blocks.h"
 
 #include <algorithm>
 #include <catch2/catch.hpp>

@@ -10,7 +10,7 @@
 
 #include "atlas/images/pixel_list.h"
 #include "atlas/images/stored_photograph.h"
-#include "atlas/validity.h"
+#include "atlas/views/validity.h"
 
 namespace lumatlas {
 

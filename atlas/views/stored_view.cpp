@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "atlas/stored_view.h"
+#include "atlas/views/stored_view.h"
 
 #include <cmath>
 #include <stdexcept>

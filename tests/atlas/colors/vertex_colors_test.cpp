@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "atlas/vertex_colors.h"
+#include "atlas/colors/vertex_colors.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "atlas/validity.h"
+#include "atlas/views/validity.h"
 
 #include <algorithm>
 #include <catch2/catch.hpp>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "tools/pipeline/worth_saving.h"
+#include "tools/pipeline/output/worth_saving.h"
 
 #include <algorithm>
 #include <sstream>

@@ -7,15 +7,15 @@
 
 #include "atlas/images/photograph.h"
 #include "tools/pipeline/build_model.h"
-#include "tools/pipeline/model_output.h"
+#include "tools/pipeline/output/model_output.h"
 
 namespace lumatlas {
 
-// Writes the model, the options in effect and what became of each photograph: into a folder (a tileset,
-// images/, lumatlas.json, plan.json), or into one file if `path` ends in .glb. An earlier model there is replaced; the
-// new one appears complete or not at all. Returns the summary (tools/pipeline/build_summary.h) that it wrote. Throws
+// Writes the model, the options in effect and what became of each photograph: into a folder (a tileset, images/,
+// lumatlas.json, plan.json), or into one file if `path` ends in .glb. An earlier model there is replaced; the new one
+// appears complete or not at all. Returns the summary (tools/pipeline/output/build_summary.h) that it wrote. Throws
 // InputError where something else stands at `path`, where the file system refuses, and for a model that is not worth
-// its place (tools/pipeline/worth_saving.h); Interrupted.
+// its place (tools/pipeline/output/worth_saving.h); Interrupted.
 nlohmann::json save_model(const BuildResult& result, const std::filesystem::path& path,
                           const ImageCoding& photographs = {});
 

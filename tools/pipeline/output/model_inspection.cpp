@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "tools/pipeline/model_inspection.h"
+#include "tools/pipeline/output/model_inspection.h"
 
 #include <cstdio>
 #include <nlohmann/json.hpp>
@@ -9,8 +9,8 @@
 #include "mesh/base/errors.h"
 #include "planner/planner.h"
 #include "tools/budget/gpu_budget.h"
-#include "tools/pipeline/build_summary.h"
-#include "tools/pipeline/model_output.h"
+#include "tools/pipeline/output/build_summary.h"
+#include "tools/pipeline/output/model_output.h"
 
 namespace lumatlas {
 

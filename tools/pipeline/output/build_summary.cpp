@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "tools/pipeline/build_summary.h"
+#include "tools/pipeline/output/build_summary.h"
 
 #include <sys/resource.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "tools/base/machine.h"
+#include "tools/base/process/machine.h"
 
 #include <sys/utsname.h>
 

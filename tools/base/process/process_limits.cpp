@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "tools/base/process_limits.h"
+#include "tools/base/process/process_limits.h"
 
 #include <pthread.h>
 #include <sys/resource.h>

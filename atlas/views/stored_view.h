@@ -14,8 +14,8 @@
 
 #include "atlas/images/photograph.h"
 #include "atlas/images/stored_photograph.h"
-#include "atlas/validity.h"
-#include "atlas/view_mask.h"
+#include "atlas/views/validity.h"
+#include "atlas/views/view_mask.h"
 #include "mesh/camera.h"
 #include "mesh/visibility/visibility.h"
 

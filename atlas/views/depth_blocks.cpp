@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "atlas/depth_blocks.h"
+#include "atlas/views/depth_blocks.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "tools/base/standard_streams.h"
+#include "tools/base/process/standard_streams.h"
 
 #include <fcntl.h>
 #include <sys/wait.h>

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "tools/pipeline/save_model.h"
+#include "tools/pipeline/output/save_model.h"
 
 #include <utility>
 
-#include "tools/pipeline/build_summary.h"
-#include "tools/pipeline/worth_saving.h"
+#include "tools/pipeline/output/build_summary.h"
+#include "tools/pipeline/output/worth_saving.h"
 
 namespace lumatlas {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "atlas/fallback_colors.h"
+#include "atlas/colors/fallback_colors.h"
 
 #include <algorithm>
 #include <atomic>
@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "atlas/atlas.h"
-#include "atlas/vertex_colors.h"
+#include "atlas/colors/vertex_colors.h"
 #include "tests/support/wall_scenes.h"
 
 namespace lumatlas {
