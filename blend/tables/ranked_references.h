@@ -25,6 +25,7 @@
 
 namespace lumatlas {
 
+// In world coordinates, scene units.
 struct Ball {
   glm::dvec3 center{0.0};
   double radius = -1;  // below 0: empty

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What bounds a model beside the number of its views: bytes of the GPU, or the loss against all photographs.
+// The bound of a model beside the number of its views: bytes on the GPU, or the loss against all photographs.
 #pragma once
 
 #include <cstdint>
