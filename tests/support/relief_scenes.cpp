@@ -160,7 +160,7 @@ std::uint32_t Gallery::add(const Camera& camera, const Photograph& photograph, c
                                     relief.visibility->trace(camera), ValidityOptions{}, std::move(trust)));
   atlas.set_gain(slot, gain);
   std::shared_ptr<const StoredView> view = atlas.view(slot);
-  views[slot] = ComparedView{view, view->camera, Pyramid(*view->photograph->whole()), gain};
+  views[slot] = ComparedView{view, view->camera, Pyramid(view->photograph->span()), gain};
   std::vector<std::uint32_t> slots;
   for (std::uint32_t i = 0; i < atlas.capacity(); ++i) {
     if (atlas.view(i)) slots.push_back(i);

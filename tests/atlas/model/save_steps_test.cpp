@@ -94,7 +94,7 @@ Shown shown(const Snapshot& snapshot) {
   all.gains = snapshot.gains;
   all.colors = snapshot.vertex_colors.get();
   for (const auto& view : snapshot.views) {
-    all.photographs.push_back(view->photograph->whole()->rgb);
+    all.photographs.push_back(view->photograph->whole().rgb);
     all.trust.push_back(view->mask->trust.all());
   }
   return all;
