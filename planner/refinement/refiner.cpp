@@ -204,6 +204,7 @@ VisibilityBuffer Refiner::near_sight(const Camera& camera) const {
 
 Refinement Refiner::compare(const Camera& given, const Camera& start, const Pyramid& photograph,
                             std::span<const SurfaceSample> samples, std::optional<std::uint32_t> slot) const {
+  may_interrupt(options_.interruption_point);
   AlignmentOptions alignment = options_.alignment;
   if (slot) {
     alignment.levels = options_.polish_levels;
@@ -332,6 +333,7 @@ void Refiner::replaced(std::uint32_t slot) {
 }
 
 void Refiner::mask(std::uint32_t slot) {
+  may_interrupt(options_.interruption_point);
   const ComparedView& view = *views_[slot];
   const Camera& camera = view.camera;
   masked_with_[slot] = neighbours_[slot];
