@@ -36,7 +36,10 @@ class PixelBuffer {
     if (other.file_) file_ = other.file_;
   }
   PixelBuffer(PixelBuffer&& other) noexcept = default;
-  PixelBuffer& operator=(const PixelBuffer& other) { return *this = PixelBuffer(other); }
+  PixelBuffer& operator=(const PixelBuffer& other) {
+    if (this != &other) *this = PixelBuffer(other);
+    return *this;
+  }
   PixelBuffer& operator=(PixelBuffer&& other) noexcept = default;
   ~PixelBuffer() = default;
 
