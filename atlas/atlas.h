@@ -30,7 +30,7 @@ struct StoreChanges;
 
 // The pose that the view in a view slot has from now on, and its lens, if that has changed too.
 struct ViewPose {
-  std::uint32_t slot;
+  ViewSlot slot;
   Camera camera;  // its image is as large as before
 };
 
@@ -56,14 +56,14 @@ class Atlas {
   // surface that each of its tiles shows; tiles without any are never resident. Throws std::logic_error if there is no
   // slot, std::invalid_argument unless the view passes check(), `shown` passes require_shown_cells_of() and names cells
   // that the surface has now, which another thread may have replaced since `shown` was made.
-  std::uint32_t insert(StoredView view, std::vector<ShownCell> shown = {});
+  ViewSlot insert(StoredView view, std::vector<ShownCell> shown = {});
   // The same in a view slot of the caller's choice, which must be free (std::logic_error) and below capacity()
   // (std::invalid_argument).
-  void insert_at(std::uint32_t slot, StoredView view, std::vector<ShownCell> shown = {});
+  void insert_at(ViewSlot slot, StoredView view, std::vector<ShownCell> shown = {});
   // Puts a view in the place of the one in a view slot, which must hold one (std::logic_error): the same photograph
   // with another pose or mask. References to the slot and its gain stay; snapshots taken before keep the old view. What
   // is handed in is checked as by insert().
-  void replace(std::uint32_t slot, StoredView view, std::vector<ShownCell> shown = {});
+  void replace(ViewSlot slot, StoredView view, std::vector<ShownCell> shown = {});
   // Moves views, all at once: a snapshot has all the new poses or none. Each keeps its photograph, its mask, what its
   // tiles show, its references and its gain; snapshots taken before keep the old poses. The time does not depend on the
   // size of the photographs. Throws std::logic_error unless each view slot holds a view; std::invalid_argument unless
@@ -72,24 +72,23 @@ class Atlas {
   // Gives the view in a view slot, which must hold one (std::logic_error), another mask, and the cells that its tiles
   // show with it. All else stays, the photograph and the pose among it. Throws std::invalid_argument unless the mask is
   // one, as large as the view's image, and `shown` is as for insert().
-  void replace_mask(std::uint32_t slot, std::shared_ptr<const ViewMask> mask, std::vector<ShownCell> shown = {});
+  void replace_mask(ViewSlot slot, std::shared_ptr<const ViewMask> mask, std::vector<ShownCell> shown = {});
   // Frees a view slot, which must hold a view that no cell refers to any more (std::logic_error).
-  void erase(std::uint32_t slot);
+  void erase(ViewSlot slot);
   // Null where the view slot is free. Throws std::invalid_argument unless slot < capacity().
-  [[nodiscard]] std::shared_ptr<const StoredView> view(std::uint32_t slot) const;
+  [[nodiscard]] std::shared_ptr<const StoredView> view(ViewSlot slot) const;
   // Which cells its tiles show; never null, empty where the view slot is free. Throws as view() does.
-  [[nodiscard]] SharedShownCells shown(std::uint32_t slot) const;
+  [[nodiscard]] SharedShownCells shown(ViewSlot slot) const;
 
   // The exposure of the view in a view slot, which must hold one (std::logic_error), see Snapshot::gains. Throws
   // std::invalid_argument unless each channel is within [kLeastExposureGain, kMostExposureGain].
-  void set_gain(std::uint32_t slot, const glm::dvec3& gain);
-  [[nodiscard]] glm::dvec3 gain(std::uint32_t slot) const;
+  void set_gain(ViewSlot slot, const glm::dvec3& gain);
+  [[nodiscard]] glm::dvec3 gain(ViewSlot slot) const;
 
   // Replaces the references of one cell. Every view slot must hold a view (std::logic_error). Throws
   // std::invalid_argument unless the surface has the cell and no slot comes twice.
-  void set_references(std::uint32_t cell, std::vector<std::uint32_t> slots);
-  [[nodiscard]] std::vector<std::uint32_t> references(
-      std::uint32_t cell) const;  // throws if the surface lacks the cell
+  void set_references(CellId cell, std::vector<ViewSlot> slots);
+  [[nodiscard]] std::vector<ViewSlot> references(CellId cell) const;  // throws if the surface lacks the cell
   // Notes that an offered view saw these cells. Throws std::invalid_argument unless the surface has them all.
   void mark_seen(std::span<const CellPixels> cells);
 
@@ -129,22 +128,22 @@ class Atlas {
   std::vector<SharedShownCells> retile(const TileOptions& layout, std::vector<SharedShownCells> shown);
 
  private:
-  void require_slot(std::uint32_t slot) const;
-  void require_stored(std::uint32_t slot) const;
+  void require_slot(ViewSlot slot) const;
+  void require_stored(ViewSlot slot) const;
   struct Entry {
     std::shared_ptr<const StoredView> view;
     SharedShownCells shown;
   };
   [[nodiscard]] Entry entry_of(StoredView view, std::vector<ShownCell> shown) const;
-  void put(std::uint32_t slot, Entry entry);
+  void put(ViewSlot slot, Entry entry);
   [[nodiscard]] std::vector<std::shared_ptr<const StoredView>> stored_at(std::span<const ViewPose> poses) const;
-  void require_cell(std::uint32_t cell) const;
+  void require_cell(CellId cell) const;
   void require_cells_of(const std::string& view, std::span<const ShownCell> shown) const;
   [[nodiscard]] std::pair<std::size_t, std::vector<SharedShownCells>> shown_of_cells() const;
   struct ByCell;
   [[nodiscard]] ByCell by_cell(std::span<const CellId> previous_cell) const;
   [[nodiscard]] std::unique_lock<std::mutex> one_snapshot_at_a_time() const;
-  void mark_changed(std::uint32_t cell);
+  void mark_changed(CellId cell);
   void mark_all_changed() const;
   [[nodiscard]] StoreChanges take_changes() const;
 
@@ -159,14 +158,14 @@ class Atlas {
   std::vector<std::uint64_t> tenants_;             // one per view slot: how many views had been inserted before its own
   std::uint64_t inserted_ = 0;                     // views, ever
   std::vector<std::uint32_t> references_to_slot_;  // how many cells refer to each view slot
-  std::vector<std::shared_ptr<const std::vector<std::uint32_t>>> references_;  // one per cell, never null
+  std::vector<std::shared_ptr<const std::vector<ViewSlot>>> references_;  // one per cell, never null
   std::vector<std::uint8_t> cell_seen_;
 
   // The changes since the last snapshot was made.
   mutable bool all_changed_ = true;
-  mutable std::vector<std::uint32_t> changed_cells_;  // each once
-  mutable std::vector<std::uint8_t> cell_changed_;    // one per cell: 1 if it has changed
-  mutable std::vector<std::uint32_t> newly_seen_;     // cells
+  mutable std::vector<CellId> changed_cells_;       // each once
+  mutable std::vector<std::uint8_t> cell_changed_;  // one per cell: 1 if it has changed
+  mutable std::vector<CellId> newly_seen_;          // cells
   mutable bool choose_tiles_anew_ = false;
 
   mutable std::mutex snapshot_mutex_;                     // guards the maker; locked before the other

@@ -161,11 +161,11 @@ std::uint32_t Gallery::add(const Camera& camera, const Photograph& photograph, c
   atlas.set_gain(slot, gain);
   std::shared_ptr<const StoredView> view = atlas.view(slot);
   views[slot] = ComparedView{view, view->camera, Pyramid(*view->photograph->whole()), gain};
-  std::vector<std::uint32_t> slots;
+  std::vector<ViewSlot> slots;
   for (std::uint32_t i = 0; i < atlas.capacity(); ++i) {
     if (atlas.view(i)) slots.push_back(i);
   }
-  for (std::uint32_t cell = 0; cell < relief.surface->cells.cells.size(); ++cell) atlas.set_references(cell, slots);
+  for (CellId cell{0}; cell < relief.surface->cells.cells.size(); ++cell) atlas.set_references(cell, slots);
   return slot;
 }
 
