@@ -14,6 +14,7 @@
 #include <string>
 #include <utility>
 
+#include "atlas/images/pixel_memory.h"
 #include "atlas/images/srgb.h"
 #include "mesh/cells/spreading.h"
 
@@ -244,6 +245,7 @@ void VertexColors::follow(std::span<const std::shared_ptr<const StoredView>> vie
   shown_.resize(views.size());
   for (std::size_t slot = 0; slot < views.size(); ++slot) {
     Shown& shown = shown_[slot];
+    give_back_scratch_pages();
     const bool same_view = is_of(shown, views[slot]);
     if (same_view && (!views[slot] || shown.gain == gains[slot])) continue;
     count(shown.samples, shown.gain, Count::take_away);

@@ -20,6 +20,19 @@ struct Photograph {
   std::vector<std::uint8_t> valid;  // 0: outside the lens's image (undistortion border), 255: inside; empty: all inside
 };
 
+// A photograph whose pixels something else keeps. The lists are as Photograph's.
+struct PhotographSpan {
+  std::uint32_t width = 0;   // pixels
+  std::uint32_t height = 0;  // pixels
+  std::span<const std::uint8_t> rgb;
+  std::span<const std::uint8_t> valid;
+
+  PhotographSpan() = default;
+  PhotographSpan(const Photograph& photograph)  // NOLINT(google-explicit-constructor): as a std::span of a vector
+      : width(photograph.width), height(photograph.height), rgb(photograph.rgb), valid(photograph.valid) {}
+  PhotographSpan(Photograph&&) = delete;  // it would be gone
+};
+
 // How to treat an EXIF orientation. Viewers turn photographs upright by it. A structure-from-motion program that
 // ignores it, as COLMAP does, has calibrated the pixels as they are stored.
 enum class Orientation { exif, as_stored };

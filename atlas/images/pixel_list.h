@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // A list with one value for each pixel of an image. It can keep the values of some parts of the image alone, and then
-// takes memory by the size of these parts and not by the size of the image.
+// takes memory by the size of these parts and not by the size of the image. All values together are a PixelBuffer.
 #pragma once
 
 #include <algorithm>
@@ -12,6 +12,7 @@
 #include <utility>
 #include <vector>
 
+#include "atlas/images/pixel_buffer.h"
 #include "mesh/base/number_text.h"
 #include "mesh/base/pixel_rect.h"
 
@@ -88,7 +89,8 @@ class PixelList {
   template <typename Use>
   void for_each(const Use& use) const {
     if (has_all()) {
-      for (std::size_t pixel = 0; pixel < all_.size(); ++pixel) use(pixel, all_[pixel]);
+      const std::span<const T> all(all_.data(), all_.size());
+      for (std::size_t pixel = 0; pixel < all.size(); ++pixel) use(pixel, all[pixel]);
       return;
     }
     for (std::size_t row = 0; row < size_; row += width_) for_each_in_row(row, use);
@@ -96,7 +98,7 @@ class PixelList {
 
   // Returns the values of all pixels.
   [[nodiscard]] std::vector<T> all() const {
-    if (has_all()) return all_;
+    if (has_all()) return {all_.begin(), all_.end()};
     std::vector<T> values(size_, elsewhere_);
     for_each([&](std::size_t pixel, const T& value) { values[pixel] = value; });
     return values;
@@ -105,16 +107,16 @@ class PixelList {
   // Gives every pixel a value of its own in memory, and returns these values, which may be changed.
   [[nodiscard]] std::vector<T>& values() {
     if (!has_all()) *this = PixelList(all());
-    return all_;
+    return all_.values();
   }
 
-  // Returns the bytes that the values and their tables take.
+  // Returns the bytes of memory that the values and their tables take.
   [[nodiscard]] std::size_t bytes() const {
-    return sizeof(T) * (all_.size() + values_.size()) + sizeof(std::uint32_t) * (pages_.size() + blocks_.size());
+    return all_.bytes() + sizeof(T) * values_.size() + sizeof(std::uint32_t) * (pages_.size() + blocks_.size());
   }
 
   friend bool operator==(const PixelList& a, const PixelList& b) {
-    if (a.has_all() && b.has_all()) return a.all_ == b.all_;
+    if (a.has_all() && b.has_all()) return std::equal(a.all_.begin(), a.all_.end(), b.all_.begin(), b.all_.end());
     return a.all() == b.all();
   }
 
@@ -166,7 +168,7 @@ class PixelList {
     }
   }
 
-  std::vector<T> all_;       // empty where parts are kept
+  PixelBuffer<T> all_;       // empty where parts are kept
   std::size_t size_ = 0;     // of an image of parts
   std::uint32_t width_ = 0;  // 0: all pixels have their values in all_
   T elsewhere_{};

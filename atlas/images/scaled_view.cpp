@@ -141,7 +141,7 @@ ScaledView scaled_view(const StoredView& view, double factor) {
     throw std::invalid_argument("scaled view: the factor is " + std::to_string(factor) + ", must be in (0, 1]");
   }
   if (factor < 1) return Scaling(view, factor, true).run();
-  ScaledView same{view.camera.width, view.camera.height, *view.photograph->whole(), view.mask->validity.all(),
+  ScaledView same{view.camera.width, view.camera.height, view.photograph->whole(), view.mask->validity.all(),
                   view.mask->rim.all()};
   same.rim.resize(view.mask->validity.size(), 0);
   return same;

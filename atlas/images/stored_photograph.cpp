@@ -29,16 +29,12 @@ void require_lists(const Photograph& photograph) {
 
 }  // namespace
 
-StoredPhotograph::StoredPhotograph(std::shared_ptr<const Photograph> whole) : whole_(std::move(whole)) {
-  if (!whole_) throw std::invalid_argument("photograph: is null");
-  require_lists(*whole_);
-  width_ = whole_->width;
-  height_ = whole_->height;
-  has_lens_mask_ = !whole_->valid.empty();
-}
-
 StoredPhotograph::StoredPhotograph(Photograph whole)
-    : StoredPhotograph(std::make_shared<const Photograph>(std::move(whole))) {}
+    : width_(whole.width), height_(whole.height), has_lens_mask_(!whole.valid.empty()), is_whole_(true) {
+  require_lists(whole);
+  rgb_ = PixelBuffer(std::move(whole.rgb));
+  valid_ = PixelBuffer(std::move(whole.valid));
+}
 
 StoredPhotograph::StoredPhotograph(const ImageSize& size, std::span<const std::uint8_t> valid,
                                    std::span<const PixelRect> parts, const std::function<void(const PixelRows&)>& read)
@@ -76,28 +72,42 @@ void StoredPhotograph::take_rows(std::span<const PixelRect> parts, std::uint32_t
   }
 }
 
-std::shared_ptr<const Photograph> StoredPhotograph::whole() const {
-  if (whole_) return whole_;
+PhotographSpan StoredPhotograph::span() const {
+  if (!is_whole_) throw std::logic_error("photograph: all of its pixels are asked for, but only parts are kept");
+  PhotographSpan all;
+  all.width = width_;
+  all.height = height_;
+  all.rgb = {rgb_.data(), rgb_.size()};
+  all.valid = {valid_.data(), valid_.size()};
+  return all;
+}
+
+Photograph StoredPhotograph::whole() const {
+  if (is_whole_) return {width_, height_, {rgb_.begin(), rgb_.end()}, {valid_.begin(), valid_.end()}};
   Photograph photograph{width_, height_, std::vector<std::uint8_t>(3 * pixels(), 0), inside_.all()};
   colors_.for_each([&](std::size_t pixel, const Color& color) {
     for (std::size_t channel = 0; channel < color.size(); ++channel)
       photograph.rgb[3 * pixel + channel] = color[channel];
   });
-  return std::make_shared<const Photograph>(std::move(photograph));
+  return photograph;
 }
 
 std::vector<std::uint8_t> StoredPhotograph::valid() const {
-  return whole_ ? whole_->valid : inside_.all();
+  return is_whole_ ? std::vector<std::uint8_t>(valid_.begin(), valid_.end()) : inside_.all();
 }
 
 std::size_t StoredPhotograph::bytes() const {
-  return whole_ ? whole_->rgb.size() + whole_->valid.size() : colors_.bytes() + inside_.bytes();
+  return rgb_.bytes() + valid_.bytes() + colors_.bytes() + inside_.bytes();
 }
 
 bool operator==(const StoredPhotograph& a, const StoredPhotograph& b) {
   if (a.width() != b.width() || a.height() != b.height() || a.has_lens_mask() != b.has_lens_mask()) return false;
-  const auto first = a.whole(), second = b.whole();
-  return first == second || (first->rgb == second->rgb && first->valid == second->valid);
+  if (a.is_whole_ && b.is_whole_) {
+    return std::equal(a.rgb_.begin(), a.rgb_.end(), b.rgb_.begin(), b.rgb_.end()) &&
+           std::equal(a.valid_.begin(), a.valid_.end(), b.valid_.begin(), b.valid_.end());
+  }
+  const Photograph first = a.whole(), second = b.whole();
+  return first.rgb == second.rgb && first.valid == second.valid;
 }
 
 }  // namespace lumatlas

@@ -4,9 +4,11 @@
 #include <meshoptimizer.h>
 
 #include <algorithm>
+#include <glm/geometric.hpp>
 #include <limits>
 #include <vector>
 
+#include "mesh/base/median.h"
 #include "mesh/repair/joined_faces.h"
 #include "mesh/repair/simplification.h"
 
@@ -45,6 +47,20 @@ CoarseSurface clustered(const Mesh& mesh, std::size_t faces, double extent) {
 }
 
 }  // namespace
+
+double geometric_error(const CoarseSurface& coarse) {
+  constexpr double kPixels = 16;
+  std::vector<float> lengths;
+  lengths.reserve(3 * coarse.mesh.faces.size());
+  for (const glm::uvec3& face : coarse.mesh.faces) {
+    for (int corner = 0; corner < 3; ++corner) {
+      const glm::vec3 &from = coarse.mesh.positions[face[corner]], &to = coarse.mesh.positions[face[(corner + 1) % 3]];
+      lengths.push_back(glm::distance(from, to));
+    }
+  }
+  if (lengths.empty()) return 0;
+  return std::max(coarse.error, kPixels * static_cast<double>(upper_median(lengths)));
+}
 
 CoarseSurface coarse_surface(const Mesh& mesh, std::span<const glm::u8vec3> colors, std::size_t faces) {
   if (mesh.faces.size() <= 2 * faces) return {};

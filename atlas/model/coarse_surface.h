@@ -15,6 +15,11 @@ struct CoarseSurface {
   double error = 0;  // distance by which the surface moved, as quadrics estimate it, scene units
 };
 
+// Returns the geometric error of 3D Tiles, scene units, 0 without a surface: how coarse this looks. Clients show a tile
+// until its error is some 16 pixels, as with textures whose texels are then a pixel apart. Colours stand at vertices
+// here, so that the error is 16 times their usual distance, or what the surface moved if that is more.
+[[nodiscard]] double geometric_error(const CoarseSurface& coarse);
+
 // Returns the mesh with its vertex colours (one per vertex, sRGB) in about `faces` faces. More faces stay where fewer
 // would close its holes. Empty where the mesh has at most twice as many. The same bytes for the same input.
 [[nodiscard]] CoarseSurface coarse_surface(const Mesh& mesh, std::span<const glm::u8vec3> colors, std::size_t faces);

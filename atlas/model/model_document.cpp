@@ -311,14 +311,14 @@ json tileset_json(const Snapshot& snapshot, const TileContent& surface, const Ti
   json root = std::move(whole);
   if (!coarse.uri.empty()) {
     root = {{"boundingVolume", volume},
-            {"geometricError", coarse.error},
+            {"geometricError", coarse.geometric_error},
             {"content", content_json(coarse)},
             {"children", {std::move(root)}}};
   }
   root["refine"] = "REPLACE";
   const Bounds box = bounds(near);
   json document = {{"asset", {{"version", "1.1"}, {"extras", {{"generator", "lumatlas"}}}}},
-                   {"geometricError", std::max(coarse.error, glm::length(box.max - box.min))},
+                   {"geometricError", std::max(coarse.geometric_error, glm::length(box.max - box.min))},
                    {"root", std::move(root)}};
   set_lumigraph(document, std::move(properties));
   return document;

@@ -61,7 +61,7 @@ void set_lumigraph(nlohmann::json& document, nlohmann::json properties);
 struct TileContent {
   std::string uri;
   std::uint64_t bytes = 0;
-  double error = 0;  // distance by which its surface moved, scene units
+  double geometric_error = 0;  // of 3D Tiles, scene units
 };
 
 // The tileset of a surface, and before it a coarse one, if its URI is not empty.

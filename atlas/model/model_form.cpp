@@ -74,7 +74,7 @@ TileContent put_coarse(const ModelParts& model, const FormOptions& options, cons
   add_coarse_surface(gltf, coarse, packed_step(model.snapshot, options));
   add_scene(gltf.document(), gltf_from_scene(model.snapshot));
   TileContent content = put_glb(gltf, "coarse", FormPart::coarse, put);
-  content.error = coarse.error;
+  content.geometric_error = geometric_error(coarse);
   return content;
 }
 

@@ -5,6 +5,7 @@
 #include <span>
 
 #include "atlas/images/files/grey_png.h"
+#include "atlas/images/pixel_memory.h"
 #include "atlas/images/scaled_view.h"
 
 namespace lumatlas {
@@ -28,7 +29,7 @@ void grow_to_blocks(std::vector<std::uint8_t>& mask, std::uint32_t width, std::u
 // Black where no tile is resident.
 Photograph resident_part(const Snapshot& snapshot, ViewSlot slot, ImageFormat format) {
   const StoredView& view = *snapshot.views[slot];
-  Photograph part = *view.photograph->whole();
+  Photograph part = view.photograph->whole();
   if (snapshot.tiles.whole_views()) return part;
   std::vector<std::uint8_t> resident = snapshot.tiles.resident_pixels(slot, view.camera);
   if (format != ImageFormat::png) grow_to_blocks(resident, view.camera.width, view.camera.height);
@@ -111,6 +112,7 @@ std::vector<std::uint8_t> small_file(const Snapshot& snapshot, ViewSlot slot, st
 std::vector<std::uint8_t> encoded(const ModelImage& image, const Snapshot& snapshot) {
   constexpr std::uint32_t kThumbnailPx = 128, kPosterPx = 640;
   const StoredView& view = *snapshot.views[image.slot];
+  give_back_scratch_pages();
   switch (image.kind) {
     case ModelImageKind::lens_mask:
       return encode_image(grey_image(view.camera, view.photograph->valid()), image.coding);

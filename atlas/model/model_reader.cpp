@@ -674,27 +674,39 @@ bool is_gltf(const fs::path& file) {
   return is_glb(file) || file.extension() == ".gltf";
 }
 
-ModelReader reader_of(const fs::path& path) {
+// Calls read() with a reader of the model. A save may put another model into the folder meanwhile, and remove files
+// that the earlier tileset names; read() then fails, and is called again with a reader of the later one.
+template <typename Read>
+auto read_one_version(const fs::path& path, const Read& read) {
+  constexpr int kMostVersions = 1000;  // of a folder that is saved to faster than it can be read
   const fs::path file = file_of(path);
-  if (is_gltf(file)) return ModelReader(nullptr, file);
-  auto tileset = std::make_unique<TilesetFile>(file);
-  const fs::path surface = tileset->surface();
-  return ModelReader(std::move(tileset), surface);
+  if (is_gltf(file)) return read(ModelReader(nullptr, file));
+  for (int versions = 1;; ++versions) {
+    auto tileset = std::make_unique<TilesetFile>(file);
+    const std::string version = tileset->json();
+    try {
+      const fs::path surface = tileset->surface();
+      return read(ModelReader(std::move(tileset), surface));
+    } catch (const InputError&) {
+      if (versions == kMostVersions || read_whole_file(file) == version) throw;
+    }
+  }
 }
 
 }  // namespace
 
 Model read_model(const fs::path& path) {
   Watch watch;
-  const ModelReader reader = reader_of(path);
-  const double parsed = watch.lap_ms();
-  Model model = reader.model();
-  model.times.tables += parsed;
-  return model;
+  return read_one_version(path, [&](const ModelReader& reader) {
+    const double parsed = watch.lap_ms();
+    Model model = reader.model();
+    model.times.tables += parsed;
+    return model;
+  });
 }
 
 ModelFacts read_model_facts(const fs::path& path) {
-  return reader_of(path).facts();
+  return read_one_version(path, [](const ModelReader& reader) { return reader.facts(); });
 }
 
 std::string read_model_json(const fs::path& path) {

@@ -434,7 +434,7 @@ void check_input(const Camera& given, const Camera& start, const glm::dvec3& gai
                  const AlignmentTargets& targets, const AlignmentOptions& options) {
   check(given);
   check(start);
-  const Photograph& finest = photograph.level(0);
+  const PhotographSpan& finest = photograph.level(0);
   alignment_requires(given.width == finest.width, "given.width", given.width, "the photograph's");
   alignment_requires(given.height == finest.height, "given.height", given.height, "the photograph's");
   alignment_requires(start.width == given.width, "start.width", start.width, "given.width");

@@ -20,9 +20,8 @@ namespace lumatlas {
 struct ComparedView {
   std::shared_ptr<const StoredView> view;
   Camera camera;    // its pose as last refined; depth was made at that of view->camera: see kDepthStandsPx
-  Pyramid pyramid;  // its photograph's
+  Pyramid pyramid;  // of the view's photograph
   glm::dvec3 gain{1.0};
-  std::shared_ptr<const Photograph> photograph = nullptr;  // level 0 of the pyramid, where this keeps it in memory
 };
 
 // Returns the pixel of the view that shows the point by its refined pose, and its z. Nothing if the view does not see

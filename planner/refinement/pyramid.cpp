@@ -37,7 +37,7 @@ std::uint8_t srgb(float linear) {
   return table(linear);
 }
 
-void halve_row(const Photograph& full, Photograph& half, std::size_t y) {
+void halve_row(const PhotographSpan& full, Photograph& half, std::size_t y) {
   const auto& linear = linear_from_srgb8();
   const std::size_t stride = 3 * std::size_t{full.width};
   const std::uint8_t* above = &full.rgb[2 * y * stride];
@@ -67,7 +67,7 @@ struct Mean {
 };
 
 // The same of a photograph with invalid pixels, which count for nothing.
-void halve_masked_row(const Photograph& full, Photograph& half, std::size_t y) {
+void halve_masked_row(const PhotographSpan& full, Photograph& half, std::size_t y) {
   for (std::size_t x = 0; x < half.width; ++x) {
     const std::size_t first = 2 * y * full.width + 2 * x;
     Mean mean;
@@ -106,7 +106,7 @@ void for_each_row(std::size_t rows, const Function& function) {
 }
 
 // An odd last row or column is left out, so that a level's pixels are exactly twice as large as the last one's.
-Photograph halved(const Photograph& full) {
+Photograph halved(const PhotographSpan& full) {
   Photograph half;
   half.width = full.width / 2;
   half.height = full.height / 2;
@@ -130,7 +130,7 @@ struct Footprint {
   double fx, fy;
 };
 
-Footprint footprint(const Photograph& photograph, const glm::dvec2& image) {
+Footprint footprint(const PhotographSpan& photograph, const glm::dvec2& image) {
   const double x = std::clamp(image.x - 0.5, 0.0, photograph.width - 1.0);
   const double y = std::clamp(image.y - 0.5, 0.0, photograph.height - 1.0);
   const auto left = static_cast<std::size_t>(x);
@@ -158,7 +158,7 @@ double scale_of(std::uint32_t level) {
 
 constexpr Requirement pyramid_requires{"pyramid"};
 
-void check_pixels(const Photograph& photograph) {
+void check_pixels(const PhotographSpan& photograph) {
   pyramid_requires(photograph.width >= 1, "photograph.width", photograph.width, "at least 1");
   pyramid_requires(photograph.height >= 1, "photograph.height", photograph.height, "at least 1");
   pyramid_requires.has_size(photograph.rgb.size(), 3 * std::size_t{photograph.width} * photograph.height,
@@ -170,30 +170,31 @@ void check_pixels(const Photograph& photograph) {
 
 }  // namespace
 
-Pyramid::Pyramid(const Photograph& photograph, std::uint32_t coarsest_px)
-    : photograph_(&photograph), width_(photograph.width), height_(photograph.height) {
+Pyramid::Pyramid(const PhotographSpan& photograph, std::uint32_t coarsest_px) : levels_{photograph} {
   pyramid_requires(coarsest_px >= 1, "coarsest_px", coarsest_px, "at least 1");
   check_pixels(photograph);
-  while (std::max(level(levels() - 1).width, level(levels() - 1).height) / 2 >= coarsest_px &&
-         std::min(level(levels() - 1).width, level(levels() - 1).height) >= 4) {
-    reduced_.push_back(halved(level(levels() - 1)));
+  while (std::max(levels_.back().width, levels_.back().height) / 2 >= coarsest_px &&
+         std::min(levels_.back().width, levels_.back().height) >= 4) {
+    reduced_.push_back(std::make_shared<const StoredPhotograph>(halved(levels_.back())));
+    levels_.push_back(reduced_.back()->span());
   }
 }
 
 bool Pyramid::is_valid(const glm::dvec2& image) const {
-  if (photograph_->valid.empty()) return true;
-  const Footprint f = footprint(*photograph_, image);
+  const PhotographSpan& photograph = levels_.front();
+  if (photograph.valid.empty()) return true;
+  const Footprint f = footprint(photograph, image);
   const std::array corners{f.top_left, f.top_right, f.bottom_left, f.bottom_right};
   return std::all_of(corners.begin(), corners.end(), [&](const std::uint8_t* rgb) {
-    return photograph_->valid[static_cast<std::size_t>(rgb - photograph_->rgb.data()) / 3] != 0;
+    return photograph.valid[static_cast<std::size_t>(rgb - photograph.rgb.data()) / 3] != 0;
   });
 }
 
-void Pyramid::refer_to(const Photograph& copy) {
+void Pyramid::refer_to(const PhotographSpan& copy) {
   check_pixels(copy);
-  pyramid_requires(copy.width == width_, "the copy's width", copy.width, "the photograph's");
-  pyramid_requires(copy.height == height_, "the copy's height", copy.height, "the photograph's");
-  photograph_ = &copy;
+  pyramid_requires(copy.width == levels_.front().width, "the copy's width", copy.width, "the photograph's");
+  pyramid_requires(copy.height == levels_.front().height, "the copy's height", copy.height, "the photograph's");
+  levels_.front() = copy;
 }
 
 std::uint32_t Pyramid::level_near(std::uint32_t longer_side) const {

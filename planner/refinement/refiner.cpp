@@ -204,6 +204,7 @@ VisibilityBuffer Refiner::near_sight(const Camera& camera) const {
 
 Refinement Refiner::compare(const Camera& given, const Camera& start, const Pyramid& photograph,
                             std::span<const SurfaceSample> samples, std::optional<ViewSlot> slot) const {
+  may_interrupt(options_.interruption_point);
   AlignmentOptions alignment = options_.alignment;
   if (slot) {
     alignment.levels = options_.polish_levels;
@@ -231,16 +232,16 @@ void Refiner::stored(ViewSlot slot, const Camera& given, const Refinement& refin
   }
   if (!face.empty())
     refiner_requires.has_size(face.size(), view->mask->depth.size(), "face", "the number of the view's pixels");
-  const std::shared_ptr<const Photograph> photograph = view->photograph->whole();
+  const PhotographSpan photograph = view->photograph->span();
   samples_[slot].reset();
   if (refinement.prepared) {
     const PreparedView& prepared = *refinement.prepared;
     Pyramid pyramid = prepared.pyramid;
-    pyramid.refer_to(*photograph);
+    pyramid.refer_to(photograph);
     if (same_pose(prepared.camera, view->camera)) samples_[slot] = ChosenSamples{prepared.camera, prepared.samples};
-    views_[slot] = ComparedView{view, view->camera, std::move(pyramid), glm::dvec3(1.0), photograph};
+    views_[slot] = ComparedView{view, view->camera, std::move(pyramid), glm::dvec3(1.0)};
   } else {
-    views_[slot] = ComparedView{view, view->camera, Pyramid(*photograph), glm::dvec3(1.0), photograph};
+    views_[slot] = ComparedView{view, view->camera, Pyramid(photograph), glm::dvec3(1.0)};
   }
   seen_[slot] = seen_faces(face, atlas_.surface()->cells.cell_of_face);
   given_[slot] = given;
@@ -326,13 +327,12 @@ void Refiner::replaced(ViewSlot slot) {
     return;
   }
   views_[slot]->view = atlas_.view(slot);
-  const std::shared_ptr<const Photograph> photograph = views_[slot]->view->photograph->whole();
-  views_[slot]->pyramid.refer_to(*photograph);
-  views_[slot]->photograph = photograph;
+  views_[slot]->pyramid.refer_to(views_[slot]->view->photograph->span());
   seen_[slot].clear();
 }
 
 void Refiner::mask(ViewSlot slot) {
+  may_interrupt(options_.interruption_point);
   const ComparedView& view = *views_[slot];
   const Camera& camera = view.camera;
   masked_with_[slot] = neighbours_[slot];
@@ -476,7 +476,7 @@ void Refiner::correct_lenses(const LensEstimates& estimates, const CorrectedPhot
       views_[slot]->camera = without(common, estimates.cameras[slot]);
       const Camera& camera = depth_stands(slot) ? old->camera : views_[slot]->camera;
       replace(slot, camera, std::make_shared<const StoredPhotograph>(std::move(photograph)), old->mask->trust.all());
-      views_[slot]->pyramid = Pyramid(*views_[slot]->photograph);
+      views_[slot]->pyramid = Pyramid(views_[slot]->view->photograph->span());
       samples_[slot].reset();
     }
   }

@@ -22,11 +22,11 @@ constexpr Requirement surface_samples_requires{"surface samples"};
 // The photograph at about the resolution of the visibility buffer, and where the buffer's pixels are in both.
 struct SampleGrid {
   const Pyramid& photograph;
-  const Photograph& reduced;
+  const PhotographSpan& reduced;
   const VisibilityBuffer& visible;
 
   [[nodiscard]] glm::dvec2 image_of(std::uint32_t x, std::uint32_t y) const {
-    const Photograph& full = photograph.level(0);
+    const PhotographSpan& full = photograph.level(0);
     return {(x + 0.5) * full.width / visible.width, (y + 0.5) * full.height / visible.height};
   }
   [[nodiscard]] glm::uvec2 reduced_pixel(std::uint32_t x, std::uint32_t y) const {
@@ -51,7 +51,7 @@ bool is_smooth(const VisibilityBuffer& visible, std::uint32_t x, std::uint32_t y
 
 // Sum over channels of the squared central differences, 8-bit sRGB. In place of an invalid pixel, which is black, the
 // one in the middle is taken: otherwise most samples would lie along masks.
-int gradient(const Photograph& image, const glm::uvec2& at) {
+int gradient(const PhotographSpan& image, const glm::uvec2& at) {
   const std::size_t middle = std::size_t{at.y} * image.width + at.x;
   const auto pixel = [&](std::uint32_t x, std::uint32_t y) {
     const std::size_t index = std::size_t{y} * image.width + x;

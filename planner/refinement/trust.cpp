@@ -41,12 +41,12 @@ glm::dvec3 encoded(const glm::dvec3& linear) {
   return glm::sqrt(glm::clamp(linear, 0.0, 4.0));
 }
 
-glm::dvec2 image_of(const Photograph& photograph, const TrustGrid& grid, std::uint32_t x, std::uint32_t y) {
+glm::dvec2 image_of(const PhotographSpan& photograph, const TrustGrid& grid, std::uint32_t x, std::uint32_t y) {
   return {(x + 0.5) * photograph.width / grid.width, (y + 0.5) * photograph.height / grid.height};
 }
 
 TrustGrid make_grid(const Pyramid& pyramid, const glm::dvec3& gain, const VisibilityBuffer& visible) {
-  const Photograph& photograph = pyramid.level(0);
+  const PhotographSpan& photograph = pyramid.level(0);
   TrustGrid grid{visible.width, visible.height, {}, {}};
   std::vector<glm::dvec3> middle(grid.size());
   const std::uint32_t level = pyramid.level_near(std::max(grid.width, grid.height));
@@ -130,7 +130,7 @@ bool is_contradicted(const glm::dvec3& low, const glm::dvec3& high, std::vector<
 
 class Judge {
  public:
-  Judge(const Camera& camera, const Photograph& photograph, const VisibilityBuffer& visible, const Atlas& atlas,
+  Judge(const Camera& camera, const PhotographSpan& photograph, const VisibilityBuffer& visible, const Atlas& atlas,
         std::span<const std::optional<ComparedView>> views, std::optional<ViewSlot> self, const TrustOptions& options)
       : camera_(camera),
         photograph_(photograph),
@@ -185,7 +185,7 @@ class Judge {
   }
 
   const Camera& camera_;
-  const Photograph& photograph_;
+  const PhotographSpan& photograph_;
   const VisibilityBuffer& visible_;
   const Atlas& atlas_;
   std::span<const std::optional<ComparedView>> views_;
@@ -277,7 +277,7 @@ float block_position(std::uint32_t pixel, std::uint32_t pixels, std::uint32_t bl
 
 // Bilinear between the blocks' middles.
 std::vector<std::uint8_t> enlarged(const std::vector<Judgement>& judgements, const TrustGrid& grid,
-                                   const Photograph& photograph) {
+                                   const PhotographSpan& photograph) {
   std::vector<std::uint8_t> mask(std::size_t{photograph.width} * photograph.height);
   const auto trust = [&](std::uint32_t x, std::uint32_t y) {
     return judgements[std::size_t{y} * grid.width + x] == Judgement::trusted ? 255.0f : 0.0f;

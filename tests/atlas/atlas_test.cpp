@@ -41,12 +41,12 @@ TEST_CASE("a stored view has the depth that its camera sees and a mask of it") {
   const Camera camera = forward_camera(32, 32);
   const StoredView view = traced_view(*surface, "a", camera, position_photograph(32, 32));
   CHECK(view.name == "a");
-  CHECK(view.photograph->whole()->rgb == position_photograph(32, 32).rgb);
+  CHECK(view.photograph->whole().rgb == position_photograph(32, 32).rgb);
   REQUIRE(view.mask->depth.size() == 32 * 32);
   CHECK(view.mask->depth[32 * 16 + 16] == Approx(2).epsilon(1e-6));  // the panel; processors round differently
   CHECK(view.mask->depth[32 * 4 + 4] == Approx(4).epsilon(1e-6));    // the wall
   CHECK(view.mask->trust.empty());
-  CHECK(view.mask->validity == validity_mask(*view.photograph->whole(), view.mask->depth.all(), {}, {}));
+  CHECK(view.mask->validity == validity_mask(view.photograph->whole(), view.mask->depth.all(), {}, {}));
 }
 
 TEST_CASE("a stored view's parts must be as large as its camera's image") {
@@ -73,7 +73,7 @@ TEST_CASE("a stored view keeps its trust mask, and its validity follows it") {
   trust[8 * 3 + 1] = 0;
   const StoredView view = view_with(trust);
   CHECK(view.mask->trust == trust);
-  CHECK(view.mask->validity == validity_mask(*view.photograph->whole(), view.mask->depth.all(), trust, {0.05, 0, 1}));
+  CHECK(view.mask->validity == validity_mask(view.photograph->whole(), view.mask->depth.all(), trust, {0.05, 0, 1}));
   std::vector<std::uint8_t> contradicted_there = view_with({}).mask->validity.all();
   REQUIRE(contradicted_there[8 * 3 + 1] == 255);
   contradicted_there[8 * 3 + 1] = 1;

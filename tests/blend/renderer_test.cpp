@@ -362,7 +362,7 @@ TEST_CASE("two cells that refer to one view each meet in a line as printed, and 
   surface->cells = measure_cells(surface->mesh, std::move(cell_of_face), 2.5);
   const Camera camera = forward_camera(96, 72);
   for (std::size_t slot = 0; slot < 2; ++slot) {
-    Photograph photograph = *snapshot.views[slot]->photograph->whole();
+    Photograph photograph = snapshot.views[slot]->photograph->whole();
     photograph.valid.clear();
     snapshot.views[slot] = std::make_shared<const StoredView>(traced_view(*surface, "", camera, photograph));
   }
@@ -391,7 +391,7 @@ void distrust(Snapshot& snapshot, std::size_t slot) {
   StoredView view = *snapshot.views[slot];
   const std::vector<std::uint8_t> contradicted(view.mask->validity.size(), 0);
   own_mask(view).validity =
-      validity_mask(*view.photograph->whole(), view.mask->depth.all(), contradicted, ValidityOptions::printed());
+      validity_mask(view.photograph->whole(), view.mask->depth.all(), contradicted, ValidityOptions::printed());
   snapshot.views[slot] = std::make_shared<const StoredView>(view);
 }
 

@@ -64,12 +64,9 @@ TEST_CASE("a pyramid refuses photographs without pixels, or without three values
   cut.rgb.pop_back();
   CHECK(complaint([&] { Pyramid pyramid(cut); }) ==
         "pyramid: the size of photograph.rgb is 129599, must be three times the number of pixels, 129600");
-  CHECK(complaint([] {
-          Pyramid pyramid(Photograph{0, 4, {}, {}});
-        }) == "pyramid: photograph.width is 0, must be at least 1");
-  CHECK(complaint([] {
-          Pyramid pyramid(Photograph{4, 0, {}, {}});
-        }) == "pyramid: photograph.height is 0, must be at least 1");
+  const Photograph narrow{0, 4, {}, {}}, low{4, 0, {}, {}};
+  CHECK(complaint([&] { Pyramid pyramid(narrow); }) == "pyramid: photograph.width is 0, must be at least 1");
+  CHECK(complaint([&] { Pyramid pyramid(low); }) == "pyramid: photograph.height is 0, must be at least 1");
   CHECK(complaint([&] { Pyramid pyramid(scene.photograph, 0); }) == "pyramid: coarsest_px is 0, must be at least 1");
   Pyramid pyramid(scene.photograph);
   Photograph other{120, 360, scene.photograph.rgb, {}};

@@ -77,7 +77,7 @@ std::unique_ptr<Atlas> room_atlas(std::size_t views, const ValidityOptions& opti
   const auto surface = room_surface();
   const auto visibility = make_ray_visibility(surface->mesh);
   auto atlas = std::make_unique<Atlas>(surface, static_cast<std::uint32_t>(views), layout, std::move(policy));
-  std::vector<std::vector<std::uint32_t>> references(surface->cells.cells.size());
+  std::vector<std::vector<ViewSlot>> references(surface->cells.cells.size());
   for (std::size_t number = 0; number < views; ++number) {
     const Camera camera = room_camera(number);
     VisibilityBuffer visible = visibility->trace(camera);

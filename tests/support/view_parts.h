@@ -13,7 +13,7 @@ namespace lumatlas {
 // Gives the view another photograph: a copy of its own (empty where it has none) that `change` has changed.
 template <typename Change>
 void change_photograph(StoredView& view, const Change& change) {
-  Photograph photograph = view.photograph ? *view.photograph->whole() : Photograph();
+  Photograph photograph = view.photograph ? view.photograph->whole() : Photograph();
   change(photograph);
   view.photograph = std::make_shared<const StoredPhotograph>(std::move(photograph));
 }

@@ -59,7 +59,7 @@ TiledView ScaledViews::scaled(const StoredView& view, double share) const {
   const ImageSize from{view.camera.width, view.camera.height};
   const ImageSize to{side_of(from.width, share), side_of(from.height, share)};
   const Camera camera = view.camera.scaled_to(to.width, to.height);
-  return make_tiled_view(view.name, camera, at_lower_resolution(*view.photograph->whole(), to.width, to.height),
+  return make_tiled_view(view.name, camera, at_lower_resolution(view.photograph->whole(), to.width, to.height),
                          visibility_.trace_sparsely(camera), cells, atlas_.layout(), at_share(validity_, share),
                          mask_at_lower_resolution(view.mask->trust.all(), from, to));
 }

@@ -352,6 +352,7 @@ class CaptureRun {
       BuildOptions options = options_.build;
       options.completion.surface = false;  // the mesh is as it was asked for
       options.mesh = work_ / "mesh.ply";
+      options.memory.scratch_folder = scratch_folder_for(model_);
       const BuildResult built = build_model(work_, options, listener_.build);
       save_model(built, output, options_.photographs, result_.missed.size());
     });

@@ -188,6 +188,7 @@ void set_inputs(const BuildFlags& flags, BuildOptions& options) {
   options.hold_out = flags.hold.protocol();
   options.completion.surface = !flags.mesh_as_given && !flags.paper;
   options.completion.stereo_folder = stereo_folder_of(flags.output);
+  options.memory.scratch_folder = scratch_folder_for(flags.output);
 }
 
 }  // namespace

@@ -9,6 +9,7 @@
 #include <random>
 #include <stdexcept>
 
+#include "atlas/images/pixel_memory.h"
 #include "blend/gl_visibility.h"
 #include "mesh/base/errors.h"
 #include "planner/refinement/surface_deviation.h"
@@ -210,12 +211,18 @@ FarSphere complete(const std::filesystem::path& scene, const SceneViews& views, 
   return std::move(completed.far);
 }
 
+// Called between steps that read photographs.
+void between_steps() {
+  throw_if_interrupted();
+  give_back_scratch_pages();
+}
+
 void restrict(RefinementOptions& refinement, RefineMode mode) {
   const bool masks = mode == RefineMode::all || mode == RefineMode::joint;
   refinement.alignment.exposure = refinement.alignment.exposure && (masks || mode == RefineMode::exposure);
   refinement.alignment.pose = refinement.alignment.pose && (masks || mode == RefineMode::pose);
   refinement.trust.enabled = refinement.trust.enabled && masks;
-  refinement.interruption_point = throw_if_interrupted;
+  refinement.interruption_point = between_steps;
 }
 
 OfflinePlan plan_with_hindsight(const Planner& planner, Atlas& atlas, const Stream& stream,
@@ -298,7 +305,7 @@ void take_snapshot(Atlas& atlas, const std::optional<GpuBudget>& budget, BuildRe
 void measure_deviation(const Visibility& visibility, const BuildCallback& callback, BuildResult& result) {
   if (!result.options.measure_deviation) return;
   BuildStage stage(callback, "comparing photographs on the surface", 0);
-  SurfaceDeviation deviation = surface_deviation(result.snapshot, {.interruption_point = throw_if_interrupted});
+  SurfaceDeviation deviation = surface_deviation(result.snapshot, {.interruption_point = between_steps});
   if (deviation.any_measured()) {
     result.trust = trust_shares(result.snapshot, deviation, visibility);
     result.snapshot.cell_deviation = std::move(deviation.of_cell);
@@ -402,8 +409,13 @@ BuildResult build_model(const std::filesystem::path& scene, const BuildOptions& 
                         const AtlasWatch& watch) {
   const auto start = std::chrono::steady_clock::now();
   check(options);
+  const auto memory = std::make_shared<const PixelMemoryBound>(
+      options.memory.bytes.value_or(usual_pixel_memory()),
+      options.memory.scratch_folder.empty() ? std::filesystem::temp_directory_path() : options.memory.scratch_folder);
   BuildResult result = choose_and_refine(scene, options, callback, watch);
+  result.memory = memory;
   add_texture(callback, result);  // with the memory that planning took
+  result.scratch_bytes = pixel_memory().in_files;
   result.total_ms = ms_since(start);
   return result;
 }

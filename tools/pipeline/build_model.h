@@ -123,6 +123,8 @@ struct BuildResult {
   // For BuildOptions::texture_px. None without a stored view, or if there are more charts than it has room for, which a
   // warning tells.
   std::optional<BakedTexture> texture;
+  std::uint64_t scratch_bytes = 0;                 // of photographs and masks, in scratch files at the end
+  std::shared_ptr<const PixelMemoryBound> memory;  // by MemoryOptions, as long as the result lives
   double total_ms = 0;
 };
 

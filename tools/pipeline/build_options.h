@@ -64,6 +64,12 @@ struct WatchOptions {
   std::function<void(const std::string&)> warn;  // told, at once, what is wrong with files, in sentences; or empty
 };
 
+// The main memory that photographs and masks of stored views may take while a model is built. See pixel_memory.h.
+struct MemoryOptions {
+  std::optional<std::uint64_t> bytes;    // none: usual_pixel_memory()
+  std::filesystem::path scratch_folder;  // takes the rest; empty: the system's folder for temporary files
+};
+
 struct BuildOptions {
   std::optional<std::filesystem::path> mesh;  // none: looked for beside the scene
   // The frame of the mesh file against that of the poses. None: they are the same, and build_model() refuses a mesh
@@ -95,6 +101,7 @@ struct BuildOptions {
   // surface may then move by faces.pixels of the photographs as they are now, if that and the texels cost at most the
   // loss of faces: see fewer_faces.h. It adds nothing to the loss that the other two allow.
   Bound bound;
+  MemoryOptions memory;
   // Smallest scale, in (0, 1], that fitting to `bound` may shrink photographs to. Fitting to bytes of the GPU stops
   // before if giving up parts of some photographs is better: see fitted_views.h.
   double least_scale = 0.25;

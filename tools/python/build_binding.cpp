@@ -73,15 +73,16 @@ std::shared_ptr<Model> build(const Scene& scene, const Path& output, const std::
                              const std::optional<std::array<double, 3>>& mesh_shift, bool mesh_as_given,
                              std::optional<std::size_t> hold, std::size_t block, std::optional<std::uint32_t> max_views,
                              std::optional<std::uint64_t> gpu_bytes, std::optional<std::uint64_t> texels,
-                             std::optional<double> loss, const Faces& faces, double cell_size,
-                             const std::string& refine, std::optional<std::uint32_t> texture, const std::string& image,
-                             std::optional<int> quality, const py::object& progress) {
+                             std::optional<double> loss, std::optional<std::uint64_t> memory_bytes, const Faces& faces,
+                             double cell_size, const std::string& refine, std::optional<std::uint32_t> texture,
+                             const std::string& image, std::optional<int> quality, const py::object& progress) {
   BuildOptions options;
   options.mesh = mesh;
   options.mesh_frame = mesh_frame_of(mesh_scale, mesh_axes, mesh_shift);
   options.pictures = scene.pictures;
   options.completion.surface = !mesh_as_given;
   options.completion.stereo_folder = stereo_folder_of(output);
+  options.memory = {memory_bytes, scratch_folder_for(output)};
   options.hold_out = protocol_of(hold, block);
   options.cells.size = cell_size;
   if (max_views) options.max_views = max_views;
@@ -116,9 +117,9 @@ void bind_build(py::module_& module) {
              py::arg("mesh_scale") = py::none(), py::arg("mesh_axes") = py::none(), py::arg("mesh_shift") = py::none(),
              py::arg("mesh_as_given") = false, py::arg("hold") = py::none(), py::arg("block") = 1,
              py::arg("max_views") = py::none(), py::arg("gpu_bytes") = py::none(), py::arg("texels") = py::none(),
-             py::arg("loss") = py::none(), py::arg("faces") = py::none(), py::arg("cell_size") = 0.0,
-             py::arg("refine") = "joint", py::arg("texture") = BuildOptions{}.texture_px, py::arg("image") = "png",
-             py::arg("quality") = py::none(), py::arg("progress") = py::none(),
+             py::arg("loss") = py::none(), py::arg("memory_bytes") = py::none(), py::arg("faces") = py::none(),
+             py::arg("cell_size") = 0.0, py::arg("refine") = "joint", py::arg("texture") = BuildOptions{}.texture_px,
+             py::arg("image") = "png", py::arg("quality") = py::none(), py::arg("progress") = py::none(),
              "Choose photographs, save them as a model (a folder, or one .glb), and open it");
 }
 

@@ -71,7 +71,7 @@ TEST_CASE("a part of a view has the levels of the whole, and its border goes on"
     }
   }
   for (std::uint32_t channel = 0; channel < 3; ++channel)
-    CHECK(whole[0].rgba[channel] == view.photograph->whole()->rgb[channel]);
+    CHECK(whole[0].rgba[channel] == view.photograph->whole().rgb[channel]);
 }
 
 TEST_CASE("a part whose sides do not halve so often is refused") {

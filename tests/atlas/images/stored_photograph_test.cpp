@@ -112,7 +112,7 @@ TEST_CASE("a photograph in parts has their pixels, and the lens shows nothing el
   CHECK(parts.width() == 100);
   CHECK(parts.height() == 80);
   CHECK_FALSE(parts.has_lens_mask());
-  const std::shared_ptr<const Photograph> black_elsewhere = parts.whole();
+  const Photograph black_elsewhere = parts.whole();
   std::size_t inside = 0;
   for (std::uint32_t y = 0; y < 80; ++y) {
     for (std::uint32_t x = 0; x < 100; ++x) {
@@ -120,8 +120,8 @@ TEST_CASE("a photograph in parts has their pixels, and the lens shows nothing el
       const bool there = (x >= 10 && x < 40 && y >= 20 && y < 28) || x >= 90;
       const StoredPhotograph::Color expected = there ? all.color(pixel) : StoredPhotograph::Color{};
       const bool same = parts.color(pixel) == expected && parts.is_inside_lens(pixel) == there &&
-                        black_elsewhere->rgb[3 * pixel + 1] == expected[1] &&
-                        (black_elsewhere->valid[pixel] != 0) == there;
+                        black_elsewhere.rgb[3 * pixel + 1] == expected[1] &&
+                        (black_elsewhere.valid[pixel] != 0) == there;
       if (!same) FAIL_CHECK("pixel " << x << ", " << y);
       inside += there ? 1 : 0;
     }
@@ -130,7 +130,10 @@ TEST_CASE("a photograph in parts has their pixels, and the lens shows nothing el
   CHECK(parts.bytes() < all.bytes());
   CHECK(all.is_inside_lens(0));
   CHECK(all.valid().empty());
-  CHECK(all.whole() == all.whole());  // not copied
+  CHECK(all.span().rgb.data() == all.span().rgb.data());  // not copied
+  CHECK(std::ranges::equal(all.span().rgb, whole.rgb));
+  CHECK(all.span().valid.empty());
+  CHECK_THROWS_AS(parts.span(), std::logic_error);
   CHECK_FALSE(parts == all);
   CHECK(in_parts(whole, {{0, 0, 100, 80}}, 80).color(4321) == all.color(4321));
 }
@@ -153,7 +156,6 @@ TEST_CASE("a photograph whose lists do not fit its size cannot be stored") {
   Photograph masked = position_photograph(4, 4);
   masked.valid = {255};
   CHECK_THROWS_WITH(StoredPhotograph(masked), "photograph: valid has 1 values, must have 16 for its 4x4 pixels");
-  CHECK_THROWS_WITH(StoredPhotograph(std::shared_ptr<const Photograph>()), "photograph: is null");
   CHECK_THROWS_AS(in_parts(position_photograph(4, 4), {{2, 0, 3, 1}}), std::invalid_argument);
   CHECK_THROWS_WITH(in_parts(masked, {}), "photograph: valid has 1 values, must have 16 for its 4x4 pixels");
 }

@@ -58,7 +58,7 @@ void check_same(const StoredView& a, const StoredView& b) {
   check_same(a.camera, b.camera);
   CHECK(a.photograph->width() == b.photograph->width());
   CHECK(a.photograph->height() == b.photograph->height());
-  CHECK(a.photograph->whole()->rgb == b.photograph->whole()->rgb);
+  CHECK(a.photograph->whole().rgb == b.photograph->whole().rgb);
   CHECK(a.photograph->valid() == b.photograph->valid());
   CHECK(a.mask->trust == b.mask->trust);
   CHECK(a.mask->depth == b.mask->depth);
@@ -179,10 +179,10 @@ TEST_CASE("a model in tiles reads back: which are there, their pixels, and black
   std::size_t black = 0;
   for (std::uint32_t view = 0; view < read.views.size(); ++view) {
     const std::vector<std::uint8_t> there = written.tiles.resident_pixels(ViewSlot(view), written.views[view]->camera);
+    const Photograph given = written.views[view]->photograph->whole(), got = read.views[view]->photograph->whole();
     for (std::size_t byte = 0; byte < 3 * there.size(); ++byte) {
-      const std::uint8_t expected = there[byte / 3] ? written.views[view]->photograph->whole()->rgb[byte] : 0;
-      if (read.views[view]->photograph->whole()->rgb[byte] != expected)
-        FAIL_CHECK("view " << view << ", byte " << byte);
+      const std::uint8_t expected = there[byte / 3] ? given.rgb[byte] : 0;
+      if (got.rgb[byte] != expected) FAIL_CHECK("view " << view << ", byte " << byte);
       black += there[byte / 3] ? 0 : 1;
     }
     for (std::size_t pixel = 0; pixel < there.size(); ++pixel) {
@@ -324,10 +324,11 @@ TEST_CASE("photographs as JPEG are smaller and nearly the same, masks stay exact
       const bool same_lens = after.photograph->is_inside_lens(pixel) == before.photograph->is_inside_lens(pixel);
       if (!same_trust || !same_lens) FAIL_CHECK("view " << view << ", trust or lens of pixel " << pixel);
     }
+    const Photograph given = before.photograph->whole(), got = after.photograph->whole();
     double squares = 0, count = 0;
-    for (std::size_t byte = 0; byte < before.photograph->whole()->rgb.size(); ++byte) {
+    for (std::size_t byte = 0; byte < given.rgb.size(); ++byte) {
       if (!there[byte / 3]) continue;
-      squares += std::pow(before.photograph->whole()->rgb[byte] - after.photograph->whole()->rgb[byte], 2);
+      squares += std::pow(given.rgb[byte] - got.rgb[byte], 2);
       ++count;
     }
     CHECK(std::sqrt(squares / count) < 4);  // of 255; with black beside the tiles it is 9

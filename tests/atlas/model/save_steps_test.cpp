@@ -2,16 +2,25 @@
 // A save is whole or absent: it is looked at before each of its steps, where it may be killed, and each of them fails
 // once. The steps are the calls by which files appear, change their names and go: this program has its own of them.
 #include <fcntl.h>
+#include <signal.h>
+#include <spawn.h>
 #include <sys/syscall.h>
+#include <sys/wait.h>
 #include <unistd.h>
 
+#include <array>
+#include <atomic>
 #include <catch2/catch.hpp>
 #include <cerrno>
+#include <chrono>
 #include <cstdio>
+#include <cstdlib>
 #include <functional>
 #include <map>
 #include <optional>
+#include <random>
 #include <string>
+#include <thread>
 #include <utility>
 #include <vector>
 
@@ -94,7 +103,7 @@ Shown shown(const Snapshot& snapshot) {
   all.gains = snapshot.gains;
   all.colors = snapshot.vertex_colors.get();
   for (const auto& view : snapshot.views) {
-    all.photographs.push_back(view->photograph->whole()->rgb);
+    all.photographs.push_back(view->photograph->whole().rgb);
     all.trust.push_back(view->mask->trust.all());
   }
   return all;
@@ -204,6 +213,82 @@ TEST_CASE("a reader that is still at an earlier model never meets a photograph o
     CHECK_THROWS_WITH(read_model(folder.path()), Catch::Contains("no such file"));
     (void)folder.with_file("tileset.json", later);
   }
+}
+
+TEST_CASE("a model that is read during 200 saves is always one of those saved, whole") {
+  const TemporaryFolder folder, other;
+  write_model(folder.path(), model_number(0), {});
+  write_model(other.path(), model_number(1), {});
+  const Shown even = read_back(folder.path()), odd = read_back(other.path());
+  std::atomic<bool> is_saving = true;
+  std::thread saving([&] {
+    for (int save = 1; save <= 200; ++save) write_model(folder.path(), model_number(save % 2 == 0 ? 0 : 1), {});
+    is_saving = false;
+  });
+  std::size_t evens = 0, odds = 0, others = 0;
+  std::string failure;
+  while (is_saving) {
+    try {
+      const Shown read = read_back(folder.path());
+      ++(read == even ? evens : read == odd ? odds : others);
+      (void)read_model_facts(folder.path());
+    } catch (const std::exception& error) {
+      failure = error.what();
+    }
+  }
+  saving.join();
+  CHECK(failure.empty());
+  CHECK(evens > 0);
+  CHECK(odds > 0);
+  CHECK(others == 0);
+}
+
+constexpr const char* kFolderToSaveTo = "LUMATLAS_TEST_SAVES_TO";
+
+// Runs in a program of its own, which the next test kills.
+TEST_CASE("saves without end", "[.]") {
+  const char* const folder = std::getenv(kFolderToSaveTo);
+  REQUIRE(folder != nullptr);
+  for (std::uint8_t number = 0;; number ^= 1) write_model(folder, model_number(number), {});
+}
+
+// The environment variable LUMATLAS_TEST_KILLS says how often; each takes a fifth of a second of processor time.
+TEST_CASE("killed at moments by chance, saves leave a whole model") {
+  const TemporaryFolder folder, other;
+  write_model(folder.path(), model_number(0), {});
+  write_model(other.path(), model_number(1), {});
+  const Shown even = read_back(folder.path()), odd = read_back(other.path());
+  REQUIRE(setenv(kFolderToSaveTo, folder.path().c_str(), 1) == 0);
+  std::mt19937_64 random(4);
+  std::size_t changes = 0;
+  bool was_even = true;
+  const char* const kills = std::getenv("LUMATLAS_TEST_KILLS");
+  const int most = kills == nullptr ? 25 : std::atoi(kills);
+  for (int killed = 0; killed < most; ++killed) {
+    CAPTURE(killed);
+    std::string program = "/proc/self/exe", test = "saves without end";
+    std::array<char*, 3> arguments{program.data(), test.data(), nullptr};
+    pid_t child = 0;
+    REQUIRE(posix_spawn(&child, program.c_str(), nullptr, nullptr, arguments.data(), environ) == 0);
+    const fs::file_time_type before = fs::last_write_time(folder / "tileset.json");
+    const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(60);
+    while (fs::last_write_time(folder / "tileset.json") == before && std::chrono::steady_clock::now() < end) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+    std::this_thread::sleep_for(std::chrono::microseconds(random() % 20000));
+    REQUIRE(kill(child, SIGKILL) == 0);
+    int status = 0;
+    REQUIRE(waitpid(child, &status, 0) == child);
+    REQUIRE(WIFSIGNALED(status));
+    const Shown read = read_back(folder.path());
+    const bool is_even = read == even;
+    CHECK((is_even || read == odd));
+    changes += is_even != was_even ? 1 : 0;
+    was_even = is_even;
+  }
+  CHECK(changes > 0);
+  write_model(folder.path(), model_number(1), {});
+  CHECK(contents(folder.path()) == contents(other.path()));  // nothing is left of those that were killed
 }
 
 }  // namespace

@@ -162,7 +162,7 @@ TEST_CASE("what is wrong with a lens is found, believed, and gone once the photo
   };
   room.planner.refiner().correct_lenses(estimates, make_again);
   CHECK(room.atlas.view(0)->camera.fx == true_camera(0).fx);
-  CHECK(room.atlas.view(0)->photograph->whole()->rgb == make_again(0, room.atlas.view(0)->name).rgb);
+  CHECK(room.atlas.view(0)->photograph->whole().rgb == make_again(0, room.atlas.view(0)->name).rgb);
   CHECK(room.atlas.view(0)->mask->depth == room.visibility->trace(room.atlas.view(0)->camera).depth);
   room.planner.refiner().polish();
   const LensEstimate again = only_lens(room.planner.refiner().estimate_lenses({.most_points = 1000}));

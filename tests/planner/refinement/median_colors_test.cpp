@@ -256,7 +256,7 @@ TEST_CASE("what a view shows of a point before it, behind something, beside its 
   const Camera camera = forward_camera(120, 120);
   const auto stored =
       std::make_shared<const StoredView>(traced_view(*surface, "wall", camera, flat_photograph(camera, 188)));
-  const ComparedView view{stored, camera, Pyramid(*stored->photograph->whole()), glm::dvec3(5.0)};
+  const ComparedView view{stored, camera, Pyramid(stored->photograph->span()), glm::dvec3(5.0)};
   const std::optional<glm::dvec3> on_wall = color_in_view(view, {1, 0.4, 4}, 4.0 / 120);
   REQUIRE(on_wall);
   CHECK(on_wall->g == Approx(0.5).margin(0.01));  // without the gain
@@ -277,7 +277,7 @@ TEST_CASE("a view that was found elsewhere shows its colours there, and what hid
   }
   const auto stored = std::make_shared<const StoredView>(traced_view(*surface, "columns", made, columns));
   const Camera found = forward_camera(120, 120, {0.1, 0, 0});  // 3 pixels away for the wall, 6 for the panel
-  const ComparedView view{stored, found, Pyramid(*stored->photograph->whole()), glm::dvec3(1.0)};
+  const ComparedView view{stored, found, Pyramid(stored->photograph->span()), glm::dvec3(1.0)};
   // The panel's edge is at column 75 of the stored depth. This is 3.6 columns beside it there, and at 75.6 by `found`.
   const std::optional<glm::dvec3> beside = color_in_view(view, {0.62, 0.03, 4}, 4.0 / 120);
   REQUIRE(beside);
@@ -298,7 +298,7 @@ TEST_CASE("masks of a view that was found elsewhere are where its colours are") 
     photograph.valid = valid;
     const auto stored =
         std::make_shared<const StoredView>(traced_view(*surface, "masked", made, std::move(photograph), {}, trust));
-    return color_in_view({stored, found, Pyramid(*stored->photograph->whole()), glm::dvec3(1.0)}, point, 4.0 / 120)
+    return color_in_view({stored, found, Pyramid(stored->photograph->span()), glm::dvec3(1.0)}, point, 4.0 / 120)
         .has_value();
   };
   const auto without_column = [&](std::size_t column) {
@@ -320,7 +320,7 @@ TEST_CASE("a coarse comparison reads a coarse level") {
     for (std::size_t channel = 0; channel < 3; ++channel) stripes.rgb[3 * pixel + channel] = 255;
   }
   const auto stored = std::make_shared<const StoredView>(traced_view(*surface, "stripes", camera, stripes));
-  const ComparedView view{stored, camera, Pyramid(*stored->photograph->whole()), glm::dvec3(1.0)};
+  const ComparedView view{stored, camera, Pyramid(stored->photograph->span()), glm::dvec3(1.0)};
   const glm::dvec3 centre_of_pixel = camera.center() + 4.0 * camera.ray({40.5, 50.5});
   const double fine = color_in_view(view, centre_of_pixel, 4.0 / 160)->r;
   CHECK((fine < 0.01 || fine > 0.99));

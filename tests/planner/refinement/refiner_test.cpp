@@ -165,8 +165,8 @@ void check_whole(const ReliefStream& stream, const PlannerOptions& options) {
     if (!view) continue;
     CHECK_NOTHROW(check(view->camera));
     CHECK(view->mask->depth == stream.relief.visibility->trace(view->camera).depth);
-    CHECK(view->mask->validity == validity_mask(*view->photograph->whole(), view->mask->depth.all(),
-                                                view->mask->trust.all(), options.validity));
+    CHECK(view->mask->validity ==
+          validity_mask(view->photograph->whole(), view->mask->depth.all(), view->mask->trust.all(), options.validity));
   }
 }
 
@@ -766,9 +766,7 @@ TEST_CASE("polishing, masks and cameras can be stopped between one view and the 
   const std::vector<Frame> frames = stream.offer_all(8, 4, 1);
   LensEstimates estimates = stream.planner.refiner().estimate_lenses();
   for (LensEstimate& lens : estimates.lenses) lens.significant = true;
-  const auto as_it_is = [&](ViewSlot slot, const std::string&) {
-    return *stream.atlas.view(slot)->photograph->whole();
-  };
+  const auto as_it_is = [&](ViewSlot slot, const std::string&) { return stream.atlas.view(slot)->photograph->whole(); };
   const tbb::global_control one_thread(tbb::global_control::max_allowed_parallelism, 1);
   for (const int calls : {0, 3, 8, 11}) {
     CAPTURE(calls);

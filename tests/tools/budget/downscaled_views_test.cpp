@@ -115,7 +115,7 @@ TEST_CASE("where any loss is too much, photographs are as if downscaling had not
     if (!tried.snapshot.views[slot]) continue;  // nobody missed it
     ++compared;
     const StoredView &before = *full.snapshot.views[slot], &after = *tried.snapshot.views[slot];
-    CHECK(after.photograph->whole()->rgb == before.photograph->whole()->rgb);
+    CHECK(after.photograph->whole().rgb == before.photograph->whole().rgb);
     CHECK(after.mask->depth == before.mask->depth);
     CHECK(after.mask->validity == before.mask->validity);
   }

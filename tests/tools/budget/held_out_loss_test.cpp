@@ -202,10 +202,10 @@ TEST_CASE("each fold chooses its own tiles, and loses more the fewer they are") 
       const StoredView& view = *store.atlas.view(ViewSlot(out));
       const Rendering whole = draw(out, 1, view.camera), less = draw(out, kShares[i], view.camera);
       const std::vector<std::uint8_t> counts = textured_pixels(whole);
-      sum += psnr(whole.picture, *view.photograph->whole(), counts) -
-             psnr(less.picture, *view.photograph->whole(), counts);
-      ssim_sum += ssim(whole.picture, *view.photograph->whole(), counts) -
-                  ssim(less.picture, *view.photograph->whole(), counts);
+      sum +=
+          psnr(whole.picture, view.photograph->whole(), counts) - psnr(less.picture, view.photograph->whole(), counts);
+      ssim_sum +=
+          ssim(whole.picture, view.photograph->whole(), counts) - ssim(less.picture, view.photograph->whole(), counts);
     }
     CAPTURE(kShares[i], losses[i].mean_db);
     CHECK(losses[i].mean_db == Approx(sum / 8).margin(0.01));

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// A build is the same to the byte on any number of threads: what it plans, refines, masks, polishes and writes.
+// A build is the same to the byte on any number of threads and with any memory: what it plans, refines, masks, polishes
+// and writes.
 #include <tbb/global_control.h>
 
 #include <catch2/catch.hpp>
@@ -16,19 +17,23 @@ namespace lumatlas {
 namespace {
 
 // Poses, exposures and passers-by that give refinement and masks something to do.
+SynthOptions disturbed() {
+  SynthOptions options;
+  options.views = 14;
+  options.width = 96;
+  options.height = 72;
+  options.samples = 2;
+  options.triangles = 3000;
+  options.disturbances.pose_noise = 3;
+  options.disturbances.exposure_noise = 0.5;
+  options.disturbances.passers_by = 0.2;
+  return options;
+}
+
 const std::filesystem::path& disturbed_scene() {
   static const TemporaryFolder folder;
   static const bool made = [] {
-    SynthOptions options;
-    options.views = 14;
-    options.width = 96;
-    options.height = 72;
-    options.samples = 2;
-    options.triangles = 3000;
-    options.disturbances.pose_noise = 3;
-    options.disturbances.exposure_noise = 0.5;
-    options.disturbances.passers_by = 0.2;
-    write_synthetic_scene(options, folder.path());
+    write_synthetic_scene(disturbed(), folder.path());
     return true;
   }();
   REQUIRE(made);
@@ -85,6 +90,23 @@ TEST_CASE("a build with a bound on the loss writes the same bytes on 1, 2 and 8 
   options.planner.max_loss_db = 0.5;
   options.max_views.reset();
   check_same_on_any_threads(disturbed_scene(), options);
+}
+
+TEST_CASE("a build whose photographs and masks lie in scratch files writes the same bytes") {
+  const TemporaryFolder scene, scratch;
+  SynthOptions larger = disturbed();
+  larger.views = 6;
+  larger.width = 320;
+  larger.height = 240;
+  write_synthetic_scene(larger, scene.path());
+  BuildOptions options;
+  options.memory.scratch_folder = scratch.path();
+  const Built in_memory = build_on(2, scene.path(), options);
+  options.memory.bytes = 0;
+  const Built in_files = build_on(2, scene.path(), options);
+  CHECK(in_memory.result.scratch_bytes == 0);
+  CHECK(in_files.result.scratch_bytes >= std::uint64_t{6} * 320 * 240 * (3 + 4 + 1));  // colour, depth, validity
+  CHECK((in_files.bytes == in_memory.bytes));
 }
 
 }  // namespace

@@ -19,7 +19,7 @@ StoredView view() {
 TEST_CASE("a factor of one changes nothing") {
   const StoredView stored = view();
   const ScaledView scaled = scaled_view(stored, 1);
-  CHECK(scaled.photograph.rgb == stored.photograph->whole()->rgb);
+  CHECK(scaled.photograph.rgb == stored.photograph->whole().rgb);
   CHECK(scaled.validity == stored.mask->validity);
   CHECK(scaled.rim == stored.mask->rim);
 }

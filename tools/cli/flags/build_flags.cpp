@@ -102,13 +102,21 @@ void BuildFlags::add_rare_mesh_options_to(CLI::App& command) {
 
 void BuildFlags::add_rare_model_options_to(CLI::App& command) {
   begin_rare_group(command, "memory, texture and GPU");
-  photograph_bytes = command
-                         .add_option("--photograph-bytes", options.planner.max_bytes,
-                                     "Memory for photographs that tiles are cut from while the model is built; with "
-                                     "--budget and without --max-views four times that")
-                         ->type_name("SIZE")
-                         ->transform(byte_size())
-                         ->default_str("");
+  photograph_bytes =
+      command
+          .add_option("--photograph-bytes", options.planner.max_bytes,
+                      "Photographs that tiles are cut from, in bytes of their pixels; with --budget and without "
+                      "--max-views four times that")
+          ->type_name("SIZE")
+          ->transform(byte_size())
+          ->default_str("");
+  command
+      .add_option("--memory", options.memory.bytes,
+                  "Main memory for photographs and masks while the model is built; scratch files in TMPDIR, else "
+                  "beside the model, take the rest")
+      ->type_name("SIZE")
+      ->transform(byte_size())
+      ->default_str("half of what is free");
   command
       .add_option(
           "--texture", texture,

@@ -128,6 +128,7 @@ json bytes_json(const BuildResult& result, const Holding& holding) {
   return {{"resident", holding.bytes},
           {"budget", or_null(holding.bytes_budget)},
           {"photographs", result.stored_bytes},
+          {"scratch", result.scratch_bytes},
           {"peak_rss", peak_resident_bytes()}};
 }
 

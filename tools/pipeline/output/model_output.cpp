@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "tools/pipeline/output/model_output.h"
 
+#include <cstdlib>
 #include <stdexcept>
 #include <string>
 
@@ -50,6 +51,12 @@ void check_replaceable_glb(const fs::path& file) {
 }
 
 }  // namespace
+
+fs::path scratch_folder_for(const fs::path& output) {
+  if (std::getenv("TMPDIR") != nullptr) return fs::temp_directory_path();
+  const fs::path folder = fs::absolute(output).lexically_normal().parent_path();
+  return fs::is_directory(folder) ? folder : fs::temp_directory_path();
+}
 
 ModelNotes read_model_notes(const fs::path& model) {
   const fs::path gltf_file = fs::is_directory(model) ? model / kTilesetName : model;

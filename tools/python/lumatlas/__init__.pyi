@@ -182,6 +182,7 @@ def build(
     gpu_bytes: Optional[int] = None,
     texels: Optional[int] = None,
     loss: Optional[float] = None,
+    memory_bytes: Optional[int] = None,
     faces: Optional[Union[int, Literal["keep", "auto"]]] = None,
     cell_size: float = 0.0,
     refine: Literal["none", "exposure", "pose", "all", "joint"] = "joint",

@@ -135,7 +135,7 @@ TEST_CASE("a lens that a scene states wrongly is found, and photographs are undi
     if (!stored) continue;
     const auto same = std::find_if(views.views.begin(), views.views.end(),
                                    [&](const SceneView& view) { return view.name == stored->name; });
-    CHECK(stored->photograph->whole()->rgb == load_photograph(*same).rgb);
+    CHECK(stored->photograph->whole().rgb == load_photograph(*same).rgb);
   }
 
   // While the stream goes on, too: what was stored before is undistorted again, and what comes then is when it is read.
@@ -160,7 +160,7 @@ TEST_CASE("a lens that a scene states wrongly is found, and photographs are undi
     if (!stored) continue;
     const auto same = std::find_if(views.views.begin(), views.views.end(),
                                    [&](const SceneView& view) { return view.name == stored->name; });
-    CHECK(stored->photograph->whole()->rgb == load_photograph(*same).rgb);
+    CHECK(stored->photograph->whole().rgb == load_photograph(*same).rgb);
   }
 
   options.refine_lenses = false;
@@ -216,7 +216,7 @@ TEST_CASE("right lenses stay as they are, and their photographs are not touched"
   for (const auto& stored : built.snapshot.views) {
     if (!stored) continue;
     const auto file = scene.path() / "images" / stored->name;
-    CHECK(stored->photograph->whole()->rgb == read_photograph(file, Orientation::as_stored).rgb);
+    CHECK(stored->photograph->whole().rgb == read_photograph(file, Orientation::as_stored).rgb);
   }
 }
 
