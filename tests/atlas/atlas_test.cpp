@@ -36,6 +36,30 @@ StoredView tiny_view(const std::string& name) {
   return view;
 }
 
+TEST_CASE("the example that atlas.h opens with does what the header says") {
+  const std::shared_ptr<const Surface> surface = wall_and_panel(kCells);
+  const Camera camera = forward_camera(32, 32), corrected = oblique_camera(32, 32, 0.01, {0.01, 0, 0});
+  const Photograph photograph = position_photograph(32, 32);
+  // The header's lines.
+  Atlas atlas(surface, 100);
+  VisibilityBuffer visible = make_ray_visibility(surface->mesh)->trace(camera);
+  const std::vector<CellPixels> seen = count_cell_pixels(visible, surface->cells);
+  const ViewSlot slot = atlas.insert(make_stored_view("a.jpg", camera, photograph, std::move(visible), {}));
+  atlas.mark_seen(seen);
+  for (const CellPixels& part : seen) atlas.set_references(part.cell, {slot});
+  const Snapshot drawn = atlas.snapshot();
+  atlas.set_poses(std::vector{ViewPose{slot, corrected}});
+  for (const CellPixels& part : seen) atlas.set_references(part.cell, {});
+  atlas.erase(slot);
+  // Until here.
+  REQUIRE_FALSE(seen.empty());
+  CHECK_NOTHROW(check(drawn));
+  CHECK(drawn.references.views.size() == seen.size());
+  CHECK(drawn.views[slot]->camera.cam_from_world_translation == camera.cam_from_world_translation);
+  CHECK(atlas.size() == 0);
+  CHECK(atlas.snapshot().cell_seen == drawn.cell_seen);
+}
+
 TEST_CASE("a stored view has the depth that its camera sees and a mask of it") {
   const auto surface = wall_and_panel();
   const Camera camera = forward_camera(32, 32);
