@@ -16,7 +16,7 @@ namespace lumatlas {
 
 namespace {
 
-void require_gain(std::uint32_t slot, const glm::dvec3& gain) {
+void require_gain(ViewSlot slot, const glm::dvec3& gain) {
   for (int channel = 0; channel < 3; ++channel) {
     if (gain[channel] >= kLeastExposureGain && gain[channel] <= kMostExposureGain) continue;
     throw std::invalid_argument("atlas: gain[" + std::to_string(channel) + "] of slot " + std::to_string(slot) +
@@ -38,20 +38,18 @@ void require_previous_cells(std::span<const CellId> previous_cell, std::size_t c
 }
 
 // For each cell of the surface before, which cell it is now.
-std::vector<std::vector<std::uint32_t>> cells_that_were(std::span<const CellId> previous_cell,
-                                                        std::size_t cells_before) {
-  std::vector<std::vector<std::uint32_t>> now(cells_before);
-  for (std::size_t cell = 0; cell < previous_cell.size(); ++cell) {
-    if (previous_cell[cell] != CellId::none) now[previous_cell[cell]].push_back(static_cast<std::uint32_t>(cell));
+std::vector<std::vector<CellId>> cells_that_were(std::span<const CellId> previous_cell, std::size_t cells_before) {
+  std::vector<std::vector<CellId>> now(cells_before);
+  for (CellId cell{0}; cell < previous_cell.size(); ++cell) {
+    if (previous_cell[cell] != CellId::none) now[previous_cell[cell]].push_back(cell);
   }
   return now;
 }
 
-std::vector<ShownCell> renumbered(std::span<const ShownCell> shown,
-                                  const std::vector<std::vector<std::uint32_t>>& cells_now) {
+std::vector<ShownCell> renumbered(std::span<const ShownCell> shown, const std::vector<std::vector<CellId>>& cells_now) {
   std::vector<ShownCell> renumbered;
   for (const ShownCell& part : shown) {
-    for (const std::uint32_t cell : cells_now[part.cell]) renumbered.push_back({part.tile, CellId{cell}, part.pixels});
+    for (const CellId cell : cells_now[part.cell]) renumbered.push_back({part.tile, cell, part.pixels});
   }
   std::sort(renumbered.begin(), renumbered.end(),
             [](const ShownCell& a, const ShownCell& b) { return std::tie(a.tile, a.cell) < std::tie(b.tile, b.cell); });
@@ -61,7 +59,7 @@ std::vector<ShownCell> renumbered(std::span<const ShownCell> shown,
 // Renumbers the cells that the tiles of each view slot show.
 class RenumberedTiles {
  public:
-  explicit RenumberedTiles(std::vector<std::vector<std::uint32_t>> cells_now) : cells_now_(std::move(cells_now)) {}
+  explicit RenumberedTiles(std::vector<std::vector<CellId>> cells_now) : cells_now_(std::move(cells_now)) {}
 
   // Numbers the cells anew of those slots that show something else than at the call before.
   void follow(const std::vector<SharedShownCells>& shown) {
@@ -78,7 +76,7 @@ class RenumberedTiles {
   [[nodiscard]] std::vector<SharedShownCells>& now() { return now_; }
 
  private:
-  std::vector<std::vector<std::uint32_t>> cells_now_;  // see cells_that_were()
+  std::vector<std::vector<CellId>> cells_now_;  // see cells_that_were()
   std::vector<SharedShownCells> before_, now_;
 };
 
@@ -95,7 +93,7 @@ class NotedThread {
 };
 
 const SharedSlots& no_slots() {
-  static const SharedSlots none = std::make_shared<const std::vector<std::uint32_t>>();
+  static const SharedSlots none = std::make_shared<const std::vector<ViewSlot>>();
   return none;
 }
 
@@ -111,7 +109,7 @@ void check_view(const StoredView& view, std::span<const ShownCell> shown, const 
 }
 
 void require_each_once(std::span<const ViewPose> poses) {
-  std::vector<std::uint32_t> slots;
+  std::vector<ViewSlot> slots;
   slots.reserve(poses.size());
   for (const ViewPose& pose : poses) slots.push_back(pose.slot);
   std::sort(slots.begin(), slots.end());
@@ -175,17 +173,17 @@ Atlas::Entry Atlas::entry_of(StoredView view, std::vector<ShownCell> shown) cons
           std::make_shared<const std::vector<ShownCell>>(std::move(shown))};
 }
 
-std::uint32_t Atlas::insert(StoredView view, std::vector<ShownCell> shown) {
+ViewSlot Atlas::insert(StoredView view, std::vector<ShownCell> shown) {
   Entry entry = entry_of(std::move(view), std::move(shown));
   const std::scoped_lock lock(mutex_);
   const auto free_slot = std::find(views_.begin(), views_.end(), nullptr);
   if (free_slot == views_.end()) throw std::logic_error("atlas: insert into a full store");
-  const auto slot = static_cast<std::uint32_t>(free_slot - views_.begin());
+  const ViewSlot slot(static_cast<std::uint32_t>(free_slot - views_.begin()));
   put(slot, std::move(entry));
   return slot;
 }
 
-void Atlas::insert_at(std::uint32_t slot, StoredView view, std::vector<ShownCell> shown) {
+void Atlas::insert_at(ViewSlot slot, StoredView view, std::vector<ShownCell> shown) {
   Entry entry = entry_of(std::move(view), std::move(shown));
   const std::scoped_lock lock(mutex_);
   require_slot(slot);
@@ -194,14 +192,14 @@ void Atlas::insert_at(std::uint32_t slot, StoredView view, std::vector<ShownCell
 }
 
 // Under the lock, into a free slot.
-void Atlas::put(std::uint32_t slot, Entry entry) {
+void Atlas::put(ViewSlot slot, Entry entry) {
   require_cells_of(entry.view->name, *entry.shown);
   views_[slot] = std::move(entry.view);
   shown_[slot] = std::move(entry.shown);
   tenants_[slot] = ++inserted_;
 }
 
-void Atlas::replace(std::uint32_t slot, StoredView view, std::vector<ShownCell> shown) {
+void Atlas::replace(ViewSlot slot, StoredView view, std::vector<ShownCell> shown) {
   Entry entry = entry_of(std::move(view), std::move(shown));
   const std::scoped_lock lock(mutex_);
   require_stored(slot);
@@ -239,7 +237,7 @@ void Atlas::set_poses(std::span<const ViewPose> poses) {
   for (std::size_t i = 0; i < poses.size(); ++i) views_[poses[i].slot].swap(after[i]);
 }
 
-void Atlas::replace_mask(std::uint32_t slot, std::shared_ptr<const ViewMask> mask, std::vector<ShownCell> shown) {
+void Atlas::replace_mask(ViewSlot slot, std::shared_ptr<const ViewMask> mask, std::vector<ShownCell> shown) {
   const std::shared_ptr<const StoredView> before = view(slot);
   if (!before) throw std::logic_error("atlas: slot " + std::to_string(slot) + " holds no view");
   StoredView masked = *before;
@@ -258,7 +256,7 @@ void Atlas::replace_mask(std::uint32_t slot, std::shared_ptr<const ViewMask> mas
   shown_[slot].swap(entry.shown);
 }
 
-void Atlas::erase(std::uint32_t slot) {
+void Atlas::erase(ViewSlot slot) {
   std::shared_ptr<const StoredView> erased;  // freed after the lock
   const std::scoped_lock lock(mutex_);
   require_stored(slot);
@@ -271,49 +269,49 @@ void Atlas::erase(std::uint32_t slot) {
   gains_[slot] = glm::dvec3(1);
 }
 
-std::shared_ptr<const StoredView> Atlas::view(std::uint32_t slot) const {
+std::shared_ptr<const StoredView> Atlas::view(ViewSlot slot) const {
   const std::scoped_lock lock(mutex_);
   require_slot(slot);
   return views_[slot];
 }
 
-SharedShownCells Atlas::shown(std::uint32_t slot) const {
+SharedShownCells Atlas::shown(ViewSlot slot) const {
   const std::scoped_lock lock(mutex_);
   require_slot(slot);
   return shown_[slot];
 }
 
-void Atlas::set_gain(std::uint32_t slot, const glm::dvec3& gain) {
+void Atlas::set_gain(ViewSlot slot, const glm::dvec3& gain) {
   const std::scoped_lock lock(mutex_);
   require_stored(slot);
   require_gain(slot, gain);
   gains_[slot] = gain;
 }
 
-glm::dvec3 Atlas::gain(std::uint32_t slot) const {
+glm::dvec3 Atlas::gain(ViewSlot slot) const {
   const std::scoped_lock lock(mutex_);
   require_stored(slot);
   return gains_[slot];
 }
 
-void Atlas::set_references(std::uint32_t cell, std::vector<std::uint32_t> slots) {
+void Atlas::set_references(CellId cell, std::vector<ViewSlot> slots) {
   const std::scoped_lock lock(mutex_);
   require_cell(cell);
-  for (const std::uint32_t slot : slots) require_stored(slot);
+  for (const ViewSlot slot : slots) require_stored(slot);
   for (auto slot = slots.begin(); slot != slots.end(); ++slot) {
     if (std::find(slots.begin(), slot, *slot) == slot) continue;
     throw std::invalid_argument("atlas: the references of cell " + std::to_string(cell) + " have slot " +
                                 std::to_string(*slot) + " twice, must have each once");
   }
   if (*references_[cell] == slots) return;
-  auto shared = std::make_shared<const std::vector<std::uint32_t>>(std::move(slots));  // the last thing that may fail
-  for (const std::uint32_t slot : *references_[cell]) --references_to_slot_[slot];
-  for (const std::uint32_t slot : *shared) ++references_to_slot_[slot];
+  auto shared = std::make_shared<const std::vector<ViewSlot>>(std::move(slots));  // the last thing that may fail
+  for (const ViewSlot slot : *references_[cell]) --references_to_slot_[slot];
+  for (const ViewSlot slot : *shared) ++references_to_slot_[slot];
   references_[cell] = std::move(shared);
   mark_changed(cell);
 }
 
-std::vector<std::uint32_t> Atlas::references(std::uint32_t cell) const {
+std::vector<ViewSlot> Atlas::references(CellId cell) const {
   const std::scoped_lock lock(mutex_);
   require_cell(cell);
   return *references_[cell];
@@ -336,7 +334,8 @@ std::pair<std::size_t, std::vector<SharedShownCells>> Atlas::shown_of_cells() co
 struct Atlas::ByCell {
   std::vector<SharedSlots> references;
   std::vector<std::uint8_t> seen, changed;
-  std::vector<std::uint32_t> references_to_slot, changed_cells, newly_seen;
+  std::vector<std::uint32_t> references_to_slot;
+  std::vector<CellId> changed_cells, newly_seen;
 };
 
 // References and what was seen go where their cells went.
@@ -353,7 +352,7 @@ Atlas::ByCell Atlas::by_cell(std::span<const CellId> previous_cell) const {
     if (previous_cell[cell] == CellId::none) continue;
     now.references[cell] = references_[previous_cell[cell]];
     now.seen[cell] = cell_seen_[previous_cell[cell]];
-    for (const std::uint32_t slot : *now.references[cell]) ++now.references_to_slot[slot];
+    for (const ViewSlot slot : *now.references[cell]) ++now.references_to_slot[slot];
   }
   return now;
 }
@@ -426,7 +425,7 @@ std::vector<SharedShownCells> Atlas::retile(const TileOptions& layout, std::vect
   return shown;
 }
 
-void Atlas::mark_changed(std::uint32_t cell) {
+void Atlas::mark_changed(CellId cell) {
   if (std::exchange(cell_changed_[cell], std::uint8_t{1}) == 0) changed_cells_.push_back(cell);
 }
 
@@ -448,16 +447,16 @@ StoreChanges Atlas::take_changes() const {
   changes.tenants = tenants_;
   changes.all_cells = all_changed_;
   if (all_changed_) {
-    for (std::uint32_t cell = 0; cell < references_.size(); ++cell) {
+    for (CellId cell{0}; cell < references_.size(); ++cell) {
       changes.references.push_back({cell, references_[cell]});
       if (cell_seen_[cell] != 0) changes.seen.push_back(cell);
     }
   } else {
-    for (const std::uint32_t cell : changed_cells_) changes.references.push_back({cell, references_[cell]});
+    for (const CellId cell : changed_cells_) changes.references.push_back({cell, references_[cell]});
     changes.seen = newly_seen_;
   }
   changes.choose_tiles_anew = choose_tiles_anew_;
-  for (const std::uint32_t cell : changed_cells_) cell_changed_[cell] = 0;
+  for (const CellId cell : changed_cells_) cell_changed_[cell] = 0;
   changed_cells_.clear();
   newly_seen_.clear();
   all_changed_ = false;
@@ -493,7 +492,7 @@ Snapshot Atlas::snapshot() const {
   }
 }
 
-void Atlas::require_cell(std::uint32_t cell) const {
+void Atlas::require_cell(CellId cell) const {
   if (cell < references_.size()) return;
   throw std::invalid_argument("atlas: cell is " + std::to_string(cell) + ", must be below the number of cells, " +
                               std::to_string(references_.size()));
@@ -508,13 +507,13 @@ void Atlas::require_cells_of(const std::string& view, std::span<const ShownCell>
   }
 }
 
-void Atlas::require_slot(std::uint32_t slot) const {
+void Atlas::require_slot(ViewSlot slot) const {
   if (slot < views_.size()) return;
   throw std::invalid_argument("atlas: slot is " + std::to_string(slot) + ", must be below the capacity, " +
                               std::to_string(views_.size()));
 }
 
-void Atlas::require_stored(std::uint32_t slot) const {
+void Atlas::require_stored(ViewSlot slot) const {
   if (slot >= views_.size() || !views_[slot]) {
     throw std::logic_error("atlas: slot " + std::to_string(slot) + " holds no view");
   }

@@ -80,7 +80,7 @@ void drop_references_to_free_slots(Snapshot& snapshot) {
   kept.offsets.reserve(snapshot.references.offsets.size());
   kept.views.reserve(snapshot.references.views.size());
   for (std::size_t cell = 0; cell + 1 < snapshot.references.offsets.size(); ++cell) {
-    for (const std::uint32_t slot : snapshot.references.of_cell(cell)) {
+    for (const ViewSlot slot : snapshot.references.of_cell(cell)) {
       if (snapshot.views[slot]) kept.views.push_back(slot);
     }
     kept.offsets.push_back(static_cast<std::uint32_t>(kept.views.size()));
@@ -163,7 +163,7 @@ Snapshot without_far_sphere(const Snapshot& snapshot) {
 void leave_out_views_without_tiles(Snapshot& snapshot) {
   if (snapshot.tiles.whole_views()) return;
   bool left_out = false;
-  for (std::uint32_t slot = 0; slot < snapshot.views.size(); ++slot) {
+  for (ViewSlot slot{0}; slot < snapshot.views.size(); ++slot) {
     if (snapshot.tiles.has_resident_tile(slot)) continue;
     snapshot.gains[slot] = glm::dvec3(1);
     left_out = left_out || snapshot.tiles.first_tile[slot] != snapshot.tiles.first_tile[slot + 1] ||

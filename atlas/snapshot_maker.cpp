@@ -11,16 +11,16 @@ namespace lumatlas {
 
 namespace {
 
-bool contains(const std::vector<std::uint32_t>& slots, std::uint32_t slot) {
+bool contains(const std::vector<ViewSlot>& slots, ViewSlot slot) {
   return std::find(slots.begin(), slots.end(), slot) != slots.end();
 }
 
 // Marks the slots that are in one list only.
-void mark_difference(const std::vector<std::uint32_t>& before, const std::vector<std::uint32_t>& now,
+void mark_difference(const std::vector<ViewSlot>& before, const std::vector<ViewSlot>& now,
                      std::vector<std::uint8_t>& marks) {
-  for (const std::uint32_t slot : before)
+  for (const ViewSlot slot : before)
     if (!contains(now, slot)) marks[slot] = 1;
-  for (const std::uint32_t slot : now)
+  for (const ViewSlot slot : now)
     if (!contains(before, slot)) marks[slot] = 1;
 }
 
@@ -36,7 +36,7 @@ void check_choice(const TileChoice& choice, const TileDemand& demand) {
   require_choice(offsets.size() == demand.references.offsets.size() && offsets.front() == 0 &&
                      offsets.back() == choice.references.views.size() && std::is_sorted(offsets.begin(), offsets.end()),
                  "gave references that are not those of every cell");
-  for (const std::uint32_t slot : choice.references.views) {
+  for (const ViewSlot slot : choice.references.views) {
     require_choice(slot < demand.views.size() && demand.views[slot] != nullptr,
                    "gave a reference to slot " + std::to_string(slot) + ", which holds no view");
   }
@@ -68,7 +68,7 @@ void SnapshotMaker::follow_cells(StoreChanges& changes, std::vector<std::uint8_t
     if (!changes.all_cells) mark_difference(*references_[changed.cell], *changed.slots, view_changed);
     references_[changed.cell] = std::move(changed.slots);
   }
-  for (const std::uint32_t cell : changes.seen) cell_seen_[cell] = 1;
+  for (const CellId cell : changes.seen) cell_seen_[cell] = 1;
   if (changes.all_cells || !changes.references.empty()) flatten_references();
 }
 
@@ -81,14 +81,14 @@ void SnapshotMaker::follow(StoreChanges& changes) {
            changes.tenants[tile.view] != store_.tenants[tile.view];
   });
   needed_.resize(slots);
-  for (std::uint32_t slot = 0; slot < slots; ++slot) {
+  for (ViewSlot slot{0}; slot < slots; ++slot) {
     if (store_.shown.size() != slots || store_.shown[slot] != changes.shown[slot]) view_changed[slot] = 1;
   }
   store_ = std::move(changes);
   store_.references.clear();
   store_.seen.clear();
   if (!slots_) return;
-  for (std::uint32_t slot = 0; slot < slots; ++slot) {
+  for (ViewSlot slot{0}; slot < slots; ++slot) {
     if (view_changed[slot] != 0) needed_[slot] = needed_tiles(slot);
   }
 }
@@ -103,7 +103,7 @@ void SnapshotMaker::flatten_references() {
 }
 
 // The tiles that show some cell which refers to their view, in ascending order.
-std::vector<std::uint32_t> SnapshotMaker::needed_tiles(std::uint32_t slot) const {
+std::vector<std::uint32_t> SnapshotMaker::needed_tiles(ViewSlot slot) const {
   std::vector<std::uint32_t> needed;
   for (const ShownCell& part : *store_.shown[slot]) {
     if (!needed.empty() && needed.back() == part.tile) continue;
@@ -125,8 +125,8 @@ TileChoice SnapshotMaker::chosen_tiles() const {
 
 void SnapshotMaker::make_tiles_resident(Snapshot& snapshot) {
   std::vector<ViewTile> tiles;
-  for (std::uint32_t slot = 0; slot < needed_.size(); ++slot) {
-    for (const std::uint32_t tile : needed_[slot]) tiles.push_back({ViewSlot{slot}, tile});
+  for (ViewSlot slot{0}; slot < needed_.size(); ++slot) {
+    for (const std::uint32_t tile : needed_[slot]) tiles.push_back({slot, tile});
   }
   if (layout_.max_tiles > 0 && tiles.size() > layout_.max_tiles) {
     TileChoice choice = chosen_tiles();

@@ -16,10 +16,10 @@
 namespace lumatlas {
 
 // The view slots that one cell refers to. Never null; a change replaces the whole list.
-using SharedSlots = std::shared_ptr<const std::vector<std::uint32_t>>;
+using SharedSlots = std::shared_ptr<const std::vector<ViewSlot>>;
 
 struct CellReferences {
-  std::uint32_t cell;
+  CellId cell;
   SharedSlots slots;
 };
 
@@ -32,7 +32,7 @@ struct StoreChanges {
   std::vector<std::uint64_t> tenants;  // one per view slot; another number for each view that was inserted
   bool all_cells = false;              // the fields below have every cell; else those that changed
   std::vector<CellReferences> references;
-  std::vector<std::uint32_t> seen;  // cells
+  std::vector<CellId> seen;  // cells
   bool choose_tiles_anew = false;
 };
 
@@ -52,7 +52,7 @@ class SnapshotMaker {
   void follow(StoreChanges& changes);
   void follow_cells(StoreChanges& changes, std::vector<std::uint8_t>& view_changed);
   void flatten_references();
-  [[nodiscard]] std::vector<std::uint32_t> needed_tiles(std::uint32_t slot) const;
+  [[nodiscard]] std::vector<std::uint32_t> needed_tiles(ViewSlot slot) const;
   void make_tiles_resident(Snapshot& snapshot);
   [[nodiscard]] TileChoice chosen_tiles() const;
 

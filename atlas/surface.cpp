@@ -86,7 +86,7 @@ FarSphere far_sphere_of(const Surface& surface) {
   far.cells.size = surface.cells.size;
   far.cells.cells = tail(surface.cells.cells, surface.near_cells());
   far.cells.cell_of_face = tail(surface.cells.cell_of_face, surface.near_faces());
-  for (std::uint32_t& cell : far.cells.cell_of_face) cell -= static_cast<std::uint32_t>(surface.near_cells());
+  for (CellId& cell : far.cells.cell_of_face) cell = CellId(cell - static_cast<std::uint32_t>(surface.near_cells()));
   return far;
 }
 
@@ -104,7 +104,7 @@ Surface with_far_sphere(const Surface& surface, const FarSphere& far) {
   }
   for (const glm::uvec3& face : far.mesh.faces) both.mesh.faces.push_back(face + glm::uvec3(vertices));
   both.cells.cells.insert(both.cells.cells.end(), far.cells.cells.begin(), far.cells.cells.end());
-  for (const std::uint32_t cell : far.cells.cell_of_face) both.cells.cell_of_face.push_back(cell + cells);
+  for (const CellId cell : far.cells.cell_of_face) both.cells.cell_of_face.emplace_back(cell + cells);
   return both;
 }
 

@@ -129,7 +129,7 @@ struct SurfacePoint {
 };
 
 // The share of a view that is left at a point, see BlendOptions; `cam` and `image`: the point in that view.
-double share_left(const Source& source, std::uint32_t slot, const glm::dvec3& world, const glm::dvec3& cam,
+double share_left(const Source& source, ViewSlot slot, const glm::dvec3& world, const glm::dvec3& cam,
                   const glm::dvec2& image, const Camera& novel, const BlendOptions& options) {
   const Camera& camera = source.snapshot.views[slot]->camera;
   const TileTable& tiles = source.snapshot.tiles;
@@ -148,7 +148,7 @@ double share_left(const Source& source, std::uint32_t slot, const glm::dvec3& wo
   return valid * frame_share(image, size, cam.z > source.before_far ? kFarFrameFade : options.frame_fade);
 }
 
-WeightedColor color_in_view(const Source& source, std::uint32_t slot, const SurfacePoint& point, const Camera& novel,
+WeightedColor color_in_view(const Source& source, ViewSlot slot, const SurfacePoint& point, const Camera& novel,
                             const BlendOptions& options) {
   const auto& [world, z, deviation] = point;
   const Snapshot& snapshot = source.snapshot;
@@ -183,11 +183,11 @@ double share_of_cell(double share, double best_weight, const BlendOptions& optio
 }
 
 // The K best views' mean colour, by what they count, and the weight of the best one. False where no view is valid.
-bool blend(const Source& source, std::span<const std::uint32_t> slots, const SurfacePoint& point, const Camera& novel,
+bool blend(const Source& source, std::span<const ViewSlot> slots, const SurfacePoint& point, const Camera& novel,
            const BlendOptions& options, glm::dvec3& color, double& best_weight) {
   std::array<WeightedColor, kMaxBlendedViews + 1> best{};
   const std::size_t kept = options.views + 1;
-  for (const std::uint32_t slot : slots) {
+  for (const ViewSlot slot : slots) {
     WeightedColor next = color_in_view(source, slot, point, novel, options);
     for (std::size_t rank = 0; rank < kept; ++rank) {
       if (next.weight > best[rank].weight) std::swap(next, best[rank]);
@@ -300,7 +300,7 @@ Shaded shade(const Picture& picture, std::size_t pixel) {
     shaded.state = PixelState::textured;
   } else {
     shaded.color = vertex_color(snapshot, face, weights);
-    const std::uint32_t cell = snapshot.surface->cells.cell_of_face[face];
+    const CellId cell = snapshot.surface->cells.cell_of_face[face];
     shaded.state = snapshot.cell_seen[cell] ? PixelState::untextured : PixelState::unseen;
   }
   shaded.color *= picture.source.exposure;
@@ -351,15 +351,15 @@ Rendering rounded(const Camera& camera, const std::vector<Shaded>& pixels) {
   return rendering;
 }
 
-PixelDiagnosis diagnose(const Source& source, std::span<const std::uint32_t> slots, const SurfacePoint& point,
+PixelDiagnosis diagnose(const Source& source, std::span<const ViewSlot> slots, const SurfacePoint& point,
                         const Camera& novel, const BlendOptions& options) {
   PixelDiagnosis pixel;
   std::vector<double> weights;
-  for (const std::uint32_t slot : slots) {
+  for (const ViewSlot slot : slots) {
     const WeightedColor next = color_in_view(source, slot, point, novel, options);
     if (next.valid) ++pixel.valid_views;
     if (next.weight > 0 && (weights.empty() || next.weight > *std::max_element(weights.begin(), weights.end()))) {
-      pixel.winner = ViewSlot{slot};
+      pixel.winner = slot;
     }
     if (next.weight > 0) weights.push_back(next.weight);
   }
@@ -406,7 +406,7 @@ Diagnosis diagnose_reference(const Snapshot& snapshot, const Camera& camera, con
     const glm::dvec2 image(static_cast<double>(x) + 0.5, static_cast<double>(y) + 0.5);
     const auto z = static_cast<double>(visible.depth[pixel]);
     const glm::dvec3 world = camera.center() + z * camera.ray(image);
-    const std::uint32_t cell = snapshot.surface->cells.cell_of_face[face];
+    const CellId cell = snapshot.surface->cells.cell_of_face[face];
     diagnosis.pixels[pixel] = diagnose(source, snapshot.references.of_cell(cell), {world, z}, camera, of_own_cell);
   });
   return diagnosis;

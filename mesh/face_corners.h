@@ -7,6 +7,7 @@
 #include <bit>
 #include <cstdint>
 
+#include "mesh/base/id.h"
 #include "mesh/mesh.h"
 
 namespace lumatlas {
@@ -16,7 +17,7 @@ namespace lumatlas {
 using FaceCorners = std::array<std::uint32_t, 9>;
 
 // The corners of the face in that one of its three turns which comes first in order.
-[[nodiscard]] inline FaceCorners face_corners(const Mesh& mesh, std::uint32_t face) {
+[[nodiscard]] inline FaceCorners face_corners(const Mesh& mesh, FaceId face) {
   FaceCorners corners{};
   for (int corner = 0; corner < 3; ++corner) {
     const glm::vec3& position = mesh.positions[mesh.faces[face][corner]];

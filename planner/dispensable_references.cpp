@@ -15,9 +15,9 @@ namespace {
 
 struct ReferenceInOrder {
   double key;  // what the cell loses with it, or lost with one before, if that was more
-  std::uint32_t cell;
+  CellId cell;
   std::uint32_t place;  // in the cell's own order
-  std::uint32_t slot;
+  ViewSlot slot;
   double loss;
 };
 
@@ -25,10 +25,10 @@ struct ReferenceInOrder {
 std::vector<ReferenceInOrder> references_in_order(const CoverageLedger& ledger) {
   std::vector<std::vector<ReferenceLoss>> losses(ledger.cells());
   tbb::parallel_for(std::size_t{0}, losses.size(), [&](std::size_t cell) {
-    losses[cell] = ledger.reference_losses(static_cast<std::uint32_t>(cell));
+    losses[cell] = ledger.reference_losses(CellId(static_cast<std::uint32_t>(cell)));
   });
   std::vector<ReferenceInOrder> order;
-  for (std::uint32_t cell = 0; cell < losses.size(); ++cell) {
+  for (CellId cell{0}; cell < losses.size(); ++cell) {
     double key = 0;
     for (std::uint32_t place = 0; place < losses[cell].size(); ++place) {
       const ReferenceLoss& entry = losses[cell][place];
@@ -47,7 +47,7 @@ std::vector<ReferenceInOrder> references_in_order(const CoverageLedger& ledger) 
 ReferenceService reference_service(const CoverageLedger& ledger) {
   std::vector<ReferenceService> of_cells(ledger.cells());
   tbb::parallel_for(std::size_t{0}, of_cells.size(), [&](std::size_t cell) {
-    of_cells[cell] = ledger.reference_service(static_cast<std::uint32_t>(cell));
+    of_cells[cell] = ledger.reference_service(CellId(static_cast<std::uint32_t>(cell)));
   });
   ReferenceService sum;
   for (const ReferenceService& service : of_cells) {
@@ -63,8 +63,8 @@ double reference_gap(const ReferenceService& service, double lost) {
   return std::clamp((service.of_all - service.of_kept + lost) / service.of_all, 0.0, 1.0);
 }
 
-std::vector<std::vector<std::uint32_t>> dispensable_references(const CoverageLedger& ledger, double max_loss_db) {
-  std::vector<std::vector<std::uint32_t>> given_up(ledger.cells());
+std::vector<std::vector<ViewSlot>> dispensable_references(const CoverageLedger& ledger, double max_loss_db) {
+  std::vector<std::vector<ViewSlot>> given_up(ledger.cells());
   if (!(max_loss_db > 0)) return given_up;
   const ReferenceService service = reference_service(ledger);
   double lost = 0;

@@ -19,7 +19,7 @@ namespace lumatlas {
 // Returns, by cell, the slots that it can do without as long as all of them together are predicted to cost at most
 // `max_loss_db`, dB of fitted PSNR; none unless that is above 0. What a cell loses grows from one reference to the
 // next, so the cells' own orders, merged by loss, are the best order of all.
-[[nodiscard]] std::vector<std::vector<std::uint32_t>> dispensable_references(const CoverageLedger& ledger,
-                                                                             double max_loss_db);
+[[nodiscard]] std::vector<std::vector<ViewSlot>> dispensable_references(const CoverageLedger& ledger,
+                                                                        double max_loss_db);
 
 }  // namespace lumatlas

@@ -11,12 +11,12 @@ namespace {
 
 // Those views leave together that are worth least for their size, as many as it takes.
 Exchange joint_exchange(const PlannedStore& store, std::span<const CellPart> parts, std::uint64_t bytes) {
-  std::vector<std::uint32_t> slots = store.held_slots();
-  const auto density = [&](std::uint32_t slot) {
+  std::vector<ViewSlot> slots = store.held_slots();
+  const auto density = [&](ViewSlot slot) {
     return store.ledger().loss(slot) / static_cast<double>(std::max<std::uint64_t>(store.bytes_of(slot), 1));
   };
   std::sort(slots.begin(), slots.end(),
-            [&](std::uint32_t a, std::uint32_t b) { return std::pair(density(a), a) < std::pair(density(b), b); });
+            [&](ViewSlot a, ViewSlot b) { return std::pair(density(a), a) < std::pair(density(b), b); });
   Exchange exchange;
   std::uint64_t freed = 0;
   while (!store.fits(bytes, freed, static_cast<std::uint32_t>(exchange.victims.size()))) {
@@ -38,8 +38,8 @@ Exchange joint_exchange(const PlannedStore& store, std::span<const CellPart> par
 
 Exchange best_exchange(const PlannedStore& store, std::span<const CellPart> parts, std::uint64_t bytes) {
   if (store.fits(bytes)) return {{}, store.ledger().gain(parts)};
-  std::vector<std::uint32_t> candidates = store.held_slots();
-  std::erase_if(candidates, [&](std::uint32_t slot) { return !store.fits(bytes, store.bytes_of(slot), 1); });
+  std::vector<ViewSlot> candidates = store.held_slots();
+  std::erase_if(candidates, [&](ViewSlot slot) { return !store.fits(bytes, store.bytes_of(slot), 1); });
   if (candidates.empty()) return joint_exchange(store, parts, bytes);
   const bool each_makes_room = candidates.size() == store.held_views();
   const std::uint32_t most = store.options().victims;

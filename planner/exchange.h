@@ -12,8 +12,8 @@
 namespace lumatlas {
 
 struct Exchange {
-  std::vector<std::uint32_t> victims;  // slots of the views that leave; none where there is room
-  double gain = 0;                     // rise of scov
+  std::vector<ViewSlot> victims;  // slots of the views that leave; none where there is room
+  double gain = 0;                // rise of scov
 };
 
 // Returns the exchange that raises scov most, for a view that sees `parts` and takes `bytes`. The view must not be

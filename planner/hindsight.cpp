@@ -7,22 +7,20 @@
 
 namespace lumatlas {
 
-std::vector<std::uint32_t> Hindsight::stored_slots_but(std::span<const std::uint32_t> absent) const {
+std::vector<ViewSlot> Hindsight::stored_slots_but(std::span<const ViewSlot> absent) const {
   store_.require_no_promise();
-  std::vector<std::uint32_t> slots = store_.held_slots();
-  std::erase_if(slots,
-                [&](std::uint32_t slot) { return std::find(absent.begin(), absent.end(), slot) != absent.end(); });
+  std::vector<ViewSlot> slots = store_.held_slots();
+  std::erase_if(slots, [&](ViewSlot slot) { return std::find(absent.begin(), absent.end(), slot) != absent.end(); });
   return slots;
 }
 
 // Returns the ledger of a store that was offered some of the stored views, and holds some of these.
-CoverageLedger Hindsight::ledger_of(std::span<const std::uint32_t> slots,
-                                    std::span<const std::uint32_t> offered) const {
+CoverageLedger Hindsight::ledger_of(std::span<const ViewSlot> slots, std::span<const ViewSlot> offered) const {
   const PlannerOptions& options = store_.options();
   CoverageLedger ledger(*store_.atlas().surface(), store_.atlas().capacity(), options.coverage,
                         options.min_reference_gain);
-  for (const std::uint32_t slot : offered) ledger.ask(store_.ledger().parts(slot));
-  for (const std::uint32_t slot : slots) {
+  for (const ViewSlot slot : offered) ledger.ask(store_.ledger().parts(slot));
+  for (const ViewSlot slot : slots) {
     may_interrupt(store_.options().refinement.interruption_point);
     const std::span<const CellPart> parts = store_.ledger().parts(slot);
     ledger.insert(slot, {parts.begin(), parts.end()});
@@ -30,14 +28,14 @@ CoverageLedger Hindsight::ledger_of(std::span<const std::uint32_t> slots,
   return ledger;
 }
 
-std::vector<ThinningStep> Hindsight::thinning_order(std::span<const std::uint32_t> absent) const {
-  std::vector<std::uint32_t> slots = stored_slots_but(absent);
+std::vector<ThinningStep> Hindsight::thinning_order(std::span<const ViewSlot> absent) const {
+  std::vector<ViewSlot> slots = stored_slots_but(absent);
   CoverageLedger ledger = ledger_of(slots, slots);
   const double whole = ledger.summed_coverage();
   std::vector<ThinningStep> order;
   while (!slots.empty()) {
     may_interrupt(store_.options().refinement.interruption_point);
-    const std::uint32_t least = missed_least(ledger, slots, 1).front();
+    const ViewSlot least = missed_least(ledger, slots, 1).front();
     ledger.erase(least);
     const double gap = whole > 0 ? std::clamp(1 - ledger.summed_coverage() / whole, 0.0, 1.0) : 0;
     order.push_back({least, order.empty() ? gap : std::max(gap, order.back().gap)});  // rounding may lower it
@@ -46,14 +44,14 @@ std::vector<ThinningStep> Hindsight::thinning_order(std::span<const std::uint32_
   return order;
 }
 
-ReferenceTable Hindsight::references_among(std::span<const std::uint32_t> slots, std::span<const std::uint32_t> absent,
+ReferenceTable Hindsight::references_among(std::span<const ViewSlot> slots, std::span<const ViewSlot> absent,
                                            double max_loss_db) const {
   CoverageLedger ledger = ledger_of(slots, stored_slots_but(absent));
-  const std::vector<std::vector<std::uint32_t>> given_up = dispensable_references(ledger, max_loss_db);
+  const std::vector<std::vector<ViewSlot>> given_up = dispensable_references(ledger, max_loss_db);
   ReferenceTable table;
-  for (std::uint32_t cell = 0; cell < ledger.cells(); ++cell) {
+  for (CellId cell{0}; cell < ledger.cells(); ++cell) {
     if (!given_up[cell].empty()) ledger.give_up(cell, given_up[cell]);
-    const std::vector<std::uint32_t> references = ledger.references(cell);
+    const std::vector<ViewSlot> references = ledger.references(cell);
     table.views.insert(table.views.end(), references.begin(), references.end());
     table.offsets.push_back(static_cast<std::uint32_t>(table.views.size()));
   }

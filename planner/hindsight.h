@@ -13,7 +13,7 @@ namespace lumatlas {
 
 // One step of taking away a store's views, the one that is missed least first.
 struct ThinningStep {
-  std::uint32_t slot = 0;
+  ViewSlot slot;
   double gap = 0;  // share of scov that is lost since before the first step, in [0, 1]
 };
 
@@ -25,16 +25,14 @@ class Hindsight {
   explicit Hindsight(const Planner& planner) : store_(planner.store()) {}
 
   // Returns in which order stored views would be taken away, down to the last.
-  [[nodiscard]] std::vector<ThinningStep> thinning_order(std::span<const std::uint32_t> absent = {}) const;
+  [[nodiscard]] std::vector<ThinningStep> thinning_order(std::span<const ViewSlot> absent = {}) const;
   // Returns what cells would refer to were only these views left, and after Pruning::give_up_references(max_loss_db).
-  [[nodiscard]] ReferenceTable references_among(std::span<const std::uint32_t> slots,
-                                                std::span<const std::uint32_t> absent = {},
+  [[nodiscard]] ReferenceTable references_among(std::span<const ViewSlot> slots, std::span<const ViewSlot> absent = {},
                                                 double max_loss_db = 0) const;
 
  private:
-  [[nodiscard]] std::vector<std::uint32_t> stored_slots_but(std::span<const std::uint32_t> absent) const;
-  [[nodiscard]] CoverageLedger ledger_of(std::span<const std::uint32_t> slots,
-                                         std::span<const std::uint32_t> offered) const;
+  [[nodiscard]] std::vector<ViewSlot> stored_slots_but(std::span<const ViewSlot> absent) const;
+  [[nodiscard]] CoverageLedger ledger_of(std::span<const ViewSlot> slots, std::span<const ViewSlot> offered) const;
 
   const PlannedStore& store_;
 };

@@ -72,7 +72,7 @@ class OfflinePlanner {
         continue;
       }
       if (!(best.gain > 0)) return;
-      ledger_.insert(best.chosen, views_[best.view]);
+      ledger_.insert(ViewSlot(best.chosen), views_[best.view]);
       view_in_slot_.push_back(best.view);
     }
   }
@@ -85,8 +85,8 @@ class OfflinePlanner {
 
   // One pass: each view that is not chosen takes the place of the one against which it gains most.
   std::size_t exchange() {
-    std::vector<std::uint32_t> slots(view_in_slot_.size());
-    std::iota(slots.begin(), slots.end(), 0);
+    std::vector<ViewSlot> slots(view_in_slot_.size());
+    std::iota(slots.begin(), slots.end(), ViewSlot{0});
     std::vector<bool> chosen(views_.size(), false);
     for (const std::uint32_t view : view_in_slot_) chosen[view] = true;
     std::size_t exchanges = 0;
@@ -96,7 +96,7 @@ class OfflinePlanner {
       const std::vector<double> gains = ledger_.exchange_gains(views_[view], slots);
       const auto best = std::max_element(gains.begin(), gains.end());
       if (!(*best > kLeastRise * ledger_.summed_coverage())) continue;
-      const auto slot = static_cast<std::uint32_t>(best - gains.begin());
+      const ViewSlot slot = slots[static_cast<std::size_t>(best - gains.begin())];
       chosen[view_in_slot_[slot]] = false;
       chosen[view] = true;
       ledger_.erase(slot);

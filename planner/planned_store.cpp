@@ -25,19 +25,19 @@ PlannedStore::PlannedStore(Atlas& atlas, Refiner& refiner, const PlannerOptions&
   if (options.max_loss_db) offered_.emplace(*atlas.surface(), options.coverage);
 }
 
-std::vector<std::uint32_t> PlannedStore::held_slots() const {
-  std::vector<std::uint32_t> slots;
-  for (std::uint32_t slot = 0; slot < atlas_.capacity(); ++slot) {
+std::vector<ViewSlot> PlannedStore::held_slots() const {
+  std::vector<ViewSlot> slots;
+  for (ViewSlot slot{0}; slot < atlas_.capacity(); ++slot) {
     if (ledger_.stored(slot)) slots.push_back(slot);
   }
   return slots;
 }
 
-std::string PlannedStore::name_of(std::uint32_t slot) const {
+std::string PlannedStore::name_of(ViewSlot slot) const {
   return promised_[slot] ? promised_[slot]->name : atlas_.view(slot)->name;
 }
 
-const Camera* PlannedStore::promised_camera(const std::string& name, std::uint32_t slot) const {
+const Camera* PlannedStore::promised_camera(const std::string& name, ViewSlot slot) const {
   const bool is_promised = slot < promised_.size() && promised_[slot] && promised_[slot]->name == name;
   return is_promised ? &promised_[slot]->camera : nullptr;
 }
@@ -50,7 +50,7 @@ void PlannedStore::require_no_promise() const {
 
 std::vector<float> PlannedStore::cell_coverage() const {
   std::vector<float> coverage(ledger_.cells());
-  for (std::uint32_t cell = 0; cell < coverage.size(); ++cell) {
+  for (CellId cell{0}; cell < coverage.size(); ++cell) {
     const double weight = ledger_.weight(cell);
     coverage[cell] = weight > 0 ? static_cast<float>(ledger_.coverage(cell) / weight) : 0.0f;
   }
@@ -83,8 +83,8 @@ void PlannedStore::note_seen(std::span<const CellPart> seen) {
   atlas_.mark_seen(cells);
 }
 
-std::uint32_t PlannedStore::claim(const Camera& camera, const std::vector<CellPart>& seen) {
-  std::uint32_t slot = 0;
+ViewSlot PlannedStore::claim(const Camera& camera, const std::vector<CellPart>& seen) {
+  ViewSlot slot{0};
   while (ledger_.stored(slot)) ++slot;
   ledger_.insert(slot, seen);
   ++held_views_;
@@ -93,17 +93,17 @@ std::uint32_t PlannedStore::claim(const Camera& camera, const std::vector<CellPa
   return slot;
 }
 
-void PlannedStore::promise(std::uint32_t slot, const std::string& name, const Camera& camera) {
+void PlannedStore::promise(ViewSlot slot, const std::string& name, const Camera& camera) {
   promised_[slot] = Promise{name, camera};
 }
 
-void PlannedStore::put(std::uint32_t slot, TiledView tiled) {
+void PlannedStore::put(ViewSlot slot, TiledView tiled) {
   atlas_.insert_at(slot, std::move(tiled.view), std::move(tiled.shown));
   promised_[slot].reset();
   publish(ledger_.parts(slot));
 }
 
-void PlannedStore::evict(std::uint32_t slot) {
+void PlannedStore::evict(ViewSlot slot) {
   const std::vector<CellPart> seen(ledger_.parts(slot).begin(), ledger_.parts(slot).end());
   const bool promised = promised_[slot].has_value();
   stored_bytes_ -= bytes_of(slot);
@@ -116,7 +116,7 @@ void PlannedStore::evict(std::uint32_t slot) {
   atlas_.erase(slot);
 }
 
-void PlannedStore::give_up(std::uint32_t cell, std::span<const std::uint32_t> slots) {
+void PlannedStore::give_up(CellId cell, std::span<const ViewSlot> slots) {
   ledger_.give_up(cell, slots);
   publish(cell);
 }
@@ -126,15 +126,15 @@ void PlannedStore::publish(std::span<const CellPart> cells) {
 }
 
 // Views that are promised a slot have nothing yet to refer to.
-void PlannedStore::publish(std::uint32_t cell) {
-  std::vector<std::uint32_t> references = ledger_.references(cell);
-  std::erase_if(references, [&](std::uint32_t slot) { return promised_[slot].has_value(); });
+void PlannedStore::publish(CellId cell) {
+  std::vector<ViewSlot> references = ledger_.references(cell);
+  std::erase_if(references, [&](ViewSlot slot) { return promised_[slot].has_value(); });
   atlas_.set_references(cell, std::move(references));
 }
 
-void PlannedStore::follow(const Surface& surface, std::span<const std::uint32_t> again,
+void PlannedStore::follow(const Surface& surface, std::span<const ViewSlot> again,
                           std::span<const CellId> unchanged_cell) {
-  for (const std::uint32_t slot : again) {
+  for (const ViewSlot slot : again) {
     ledger_.unask(ledger_.parts(slot));
     ledger_.erase(slot);
   }
@@ -142,16 +142,16 @@ void PlannedStore::follow(const Surface& surface, std::span<const std::uint32_t>
   if (offered_) offered_->follow(surface, unchanged_cell);
 }
 
-void PlannedStore::count_again(std::uint32_t slot, std::vector<CellPart> seen) {
+void PlannedStore::count_again(ViewSlot slot, std::vector<CellPart> seen) {
   ledger_.ask(seen);
   ledger_.insert(slot, std::move(seen));
 }
 
 // Views that were offered and are not stored are unknown here, so only the stored ones count for the changed cells.
-void PlannedStore::offer_again(std::span<const std::uint32_t> slots, std::span<const std::uint8_t> changed) {
+void PlannedStore::offer_again(std::span<const ViewSlot> slots, std::span<const std::uint8_t> changed) {
   if (offered_) {
     std::vector<std::vector<CellPart>> views;
-    for (const std::uint32_t slot : slots) {
+    for (const ViewSlot slot : slots) {
       std::vector<CellPart>& view = views.emplace_back();
       const std::span<const CellPart> seen = ledger_.parts(slot);
       std::copy_if(seen.begin(), seen.end(), std::back_inserter(view),
@@ -161,7 +161,7 @@ void PlannedStore::offer_again(std::span<const std::uint32_t> slots, std::span<c
     for (const std::vector<CellPart>& view : views) offered_->ask(view);
     for (const std::vector<CellPart>& view : views) offered_->add(view);
   }
-  for (std::uint32_t cell = 0; cell < ledger_.cells(); ++cell) publish(cell);
+  for (CellId cell{0}; cell < ledger_.cells(); ++cell) publish(cell);
 }
 
 }  // namespace lumatlas

@@ -33,17 +33,17 @@ class PlannedStore {
 
   // Views that have a slot, the promised ones among them.
   [[nodiscard]] std::uint32_t held_views() const { return held_views_; }
-  [[nodiscard]] std::vector<std::uint32_t> held_slots() const;  // ascending
+  [[nodiscard]] std::vector<ViewSlot> held_slots() const;  // ascending
   // Views whose photographs the atlas holds.
   [[nodiscard]] std::uint32_t stored_views() const { return atlas_.size(); }
   // Returns the bytes of the views that have a slot, as they came; downscaled ones take less.
   [[nodiscard]] std::uint64_t stored_bytes() const { return stored_bytes_; }
-  [[nodiscard]] std::uint64_t bytes_of(std::uint32_t slot) const { return slot_bytes_[slot]; }
+  [[nodiscard]] std::uint64_t bytes_of(ViewSlot slot) const { return slot_bytes_[slot]; }
   // Returns the name of the view that has the slot, which must not be free.
-  [[nodiscard]] std::string name_of(std::uint32_t slot) const;
+  [[nodiscard]] std::string name_of(ViewSlot slot) const;
   // Returns the camera that the view of that name was promised the slot with, null if it is not promised to that view
   // or filled already.
-  [[nodiscard]] const Camera* promised_camera(const std::string& name, std::uint32_t slot) const;
+  [[nodiscard]] const Camera* promised_camera(const std::string& name, ViewSlot slot) const;
   // Throws std::logic_error if any slot is promised.
   void require_no_promise() const;
 
@@ -72,22 +72,22 @@ class PlannedStore {
   void note_short_of_room() { short_of_room_ = true; }
 
   // Gives the lowest free slot to a view and returns it; there must be one.
-  std::uint32_t claim(const Camera& camera, const std::vector<CellPart>& seen);
+  ViewSlot claim(const Camera& camera, const std::vector<CellPart>& seen);
   // The slot, which was just claimed, waits for its photograph.
-  void promise(std::uint32_t slot, const std::string& name, const Camera& camera);
+  void promise(ViewSlot slot, const std::string& name, const Camera& camera);
   // Puts the view into the atlas, in its slot, and lets the cells that it sees refer to it.
-  void put(std::uint32_t slot, TiledView tiled);
+  void put(ViewSlot slot, TiledView tiled);
   // Frees the slot; what cells refer to follows.
-  void evict(std::uint32_t slot);
+  void evict(ViewSlot slot);
   // The cell can do without these of its references.
-  void give_up(std::uint32_t cell, std::span<const std::uint32_t> slots);
+  void give_up(CellId cell, std::span<const ViewSlot> slots);
 
   // The geometry has changed, see Planner::update_surface(). The first call takes the views whose cells are counted
   // anew out of the ledger and numbers the cells as on the new surface, the second counts a view with what it sees
   // there, and the third counts them among the offered views and brings the references of all cells up to date.
-  void follow(const Surface& surface, std::span<const std::uint32_t> again, std::span<const CellId> unchanged_cell);
-  void count_again(std::uint32_t slot, std::vector<CellPart> seen);
-  void offer_again(std::span<const std::uint32_t> slots, std::span<const std::uint8_t> changed);
+  void follow(const Surface& surface, std::span<const ViewSlot> again, std::span<const CellId> unchanged_cell);
+  void count_again(ViewSlot slot, std::vector<CellPart> seen);
+  void offer_again(std::span<const ViewSlot> slots, std::span<const std::uint8_t> changed);
 
  private:
   // A view that has a slot, but no photograph yet.
@@ -97,7 +97,7 @@ class PlannedStore {
   };
 
   void publish(std::span<const CellPart> cells);
-  void publish(std::uint32_t cell);
+  void publish(CellId cell);
 
   Atlas& atlas_;
   Refiner& refiner_;

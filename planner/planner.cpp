@@ -236,7 +236,7 @@ void Planner::pass_by(const Camera& camera) {
 void Planner::claim_slot(const Camera& camera, const std::vector<CellPart>& seen, const Exchange& exchange,
                          Verdict& verdict) {
   verdict.decision = exchange.victims.empty() ? Decision::kept : Decision::replaced;
-  for (const std::uint32_t victim : exchange.victims) {
+  for (const ViewSlot victim : exchange.victims) {
     verdict.replaced.push_back(store_.name_of(victim));
     store_.evict(victim);
   }
@@ -289,7 +289,7 @@ void Planner::fill(const std::string& name, const PhotographSource& photograph, 
   const Camera* promised = verdict.slot ? store_.promised_camera(name, *verdict.slot) : nullptr;
   if (promised == nullptr) throw std::logic_error("planner: view " + name + " is promised no slot");
   require_source(name, photograph);
-  const std::uint32_t slot = *verdict.slot;
+  const ViewSlot slot = *verdict.slot;
   const Camera camera = *promised;
   Photograph read = photograph();
   const bool belongs = refine(name, camera, read, verdict);

@@ -43,7 +43,7 @@ enum class Decision {
 // The decision about an offered view, and what it cost.
 struct Verdict {
   Decision decision = Decision::rejected;
-  std::optional<std::uint32_t> slot;  // where it was stored
+  std::optional<ViewSlot> slot;       // where it was stored
   std::vector<std::string> replaced;  // the names of the views that it took the place of
   double gain = 0;                    // rise of scov, or the rise that a rejected view would have brought
   std::uint32_t cells_seen = 0;
@@ -144,10 +144,10 @@ class Planner {
   void put(ReadyView ready, const Camera& camera, Verdict& verdict);
   void take(const std::string& name, const Camera& camera, const std::vector<CellPart>& seen, const Exchange& exchange,
             Photograph photograph, Verdict& verdict);
-  [[nodiscard]] std::vector<std::uint32_t> views_of_change(std::span<const CellId> previous_cell,
-                                                           std::span<const std::uint8_t> changed,
-                                                           const Surface& surface) const;
-  bool make_depth_again(std::uint32_t slot);
+  [[nodiscard]] std::vector<ViewSlot> views_of_change(std::span<const CellId> previous_cell,
+                                                      std::span<const std::uint8_t> changed,
+                                                      const Surface& surface) const;
+  bool make_depth_again(ViewSlot slot);
 
   Atlas& atlas_;
   const Visibility* visibility_;

@@ -27,9 +27,9 @@ std::vector<std::string> Pruning::thin() {
   std::vector<std::string> gone;
   if (!store_.offered()) return gone;
   const double bound = *store_.options().max_loss_db;
-  for (std::vector<std::uint32_t> slots = store_.held_slots(); !slots.empty();) {
+  for (std::vector<ViewSlot> slots = store_.held_slots(); !slots.empty();) {
     may_interrupt(store_.options().refinement.interruption_point);
-    const std::uint32_t least = missed_least(store_.ledger(), slots, 1).front();
+    const ViewSlot least = missed_least(store_.ledger(), slots, 1).front();
     const double gap = store_.offered()->gap_without(store_.ledger(), least);
     if (predicted_loss_db(gap) > bound - bound_of_references(bound)) break;
     gone.push_back(store_.name_of(least));
@@ -40,17 +40,17 @@ std::vector<std::string> Pruning::thin() {
   return gone;
 }
 
-void Pruning::take_away(std::span<const std::uint32_t> slots) {
-  for (const std::uint32_t slot : slots) {
+void Pruning::take_away(std::span<const ViewSlot> slots) {
+  for (const ViewSlot slot : slots) {
     if (slot < store_.ledger().slots() && store_.ledger().stored(slot)) continue;
     throw std::logic_error("planner: slot " + std::to_string(slot) + " holds no view that could be taken away");
   }
-  for (const std::uint32_t slot : slots) store_.evict(slot);
+  for (const ViewSlot slot : slots) store_.evict(slot);
 }
 
 void Pruning::give_up_references(double max_loss_db) {
-  const std::vector<std::vector<std::uint32_t>> given_up = dispensable_references(store_.ledger(), max_loss_db);
-  for (std::uint32_t cell = 0; cell < given_up.size(); ++cell) {
+  const std::vector<std::vector<ViewSlot>> given_up = dispensable_references(store_.ledger(), max_loss_db);
+  for (CellId cell{0}; cell < given_up.size(); ++cell) {
     if (!given_up[cell].empty()) store_.give_up(cell, given_up[cell]);
   }
 }

@@ -33,7 +33,7 @@ class Pruning {
   // measure what is lost instead.
   std::vector<std::string> thin();
   // Each slot must hold a view (std::logic_error; nothing is changed then).
-  void take_away(std::span<const std::uint32_t> slots);
+  void take_away(std::span<const ViewSlot> slots);
   // Gives up references as long as they are predicted to cost at most so much, dB; a cell keeps as many as are blended.
   // None unless that is above 0.
   void give_up_references(double max_loss_db);

@@ -59,9 +59,8 @@ bool may_show(const Camera& camera, const std::array<glm::dvec3, 4>& normals, co
 
 }  // namespace
 
-std::vector<std::uint32_t> Planner::views_of_change(std::span<const CellId> previous_cell,
-                                                    std::span<const std::uint8_t> changed,
-                                                    const Surface& surface) const {
+std::vector<ViewSlot> Planner::views_of_change(std::span<const CellId> previous_cell,
+                                               std::span<const std::uint8_t> changed, const Surface& surface) const {
   const std::shared_ptr<const Surface> old_surface = atlas_.surface();
   const Cells& before = old_surface->cells;
   const std::vector<Sphere> spheres = spheres_of_change(before, surface.cells, previous_cell, changed);
@@ -69,8 +68,8 @@ std::vector<std::uint32_t> Planner::views_of_change(std::span<const CellId> prev
   for (std::size_t cell = 0; cell < changed.size(); ++cell) {
     if (changed[cell] == 0) stays[previous_cell[cell]] = 1;
   }
-  std::vector<std::uint32_t> slots;
-  for (const std::uint32_t slot : store_.held_slots()) {
+  std::vector<ViewSlot> slots;
+  for (const ViewSlot slot : store_.held_slots()) {
     const Camera& camera = atlas_.view(slot)->camera;
     const std::array<glm::dvec3, 4> normals = inward_normals(camera);
     const std::span<const CellPart> seen = store_.ledger().parts(slot);
@@ -91,7 +90,7 @@ void Planner::mask_edges_by(const ValidityOptions& validity) {
 }
 
 // Returns whether the view shows something else than before.
-bool Planner::make_depth_again(std::uint32_t slot) {
+bool Planner::make_depth_again(ViewSlot slot) {
   const std::shared_ptr<const StoredView> old = atlas_.view(slot);
   VisibilityBuffer visible = visibility_->trace_sparsely(old->camera);
   const bool same_depth = old->mask->depth == visible.depth;
@@ -129,7 +128,7 @@ SurfaceUpdate Planner::update_surface(std::shared_ptr<const Surface> surface, co
     }
     unchanged[cell] = previous_cell[cell];
   }
-  const std::vector<std::uint32_t> again = views_of_change(previous_cell, changed, *surface);
+  const std::vector<ViewSlot> again = views_of_change(previous_cell, changed, *surface);
   atlas_.replace_surface(std::move(surface), previous_cell);
   const std::shared_ptr<const Surface> now = atlas_.surface();
   store_.follow(*now, again, unchanged);
@@ -137,7 +136,7 @@ SurfaceUpdate Planner::update_surface(std::shared_ptr<const Surface> surface, co
   refiner_.see_with(visibility);
   SurfaceUpdate update;
   update.views_seen_again = static_cast<std::uint32_t>(again.size());
-  for (const std::uint32_t slot : again) {
+  for (const ViewSlot slot : again) {
     const Camera small = planning_camera(atlas_.view(slot)->camera);
     const std::vector<CellPixels> seen = count_cell_pixels(visibility.trace(small), now->cells);
     atlas_.mark_seen(seen);

@@ -31,7 +31,7 @@ constexpr double kLeastAdvantage = 1.001;
 
 // A view that shows a cell.
 struct ShowingView {
-  std::uint32_t view;
+  ViewSlot view;
   std::uint32_t pixels = 0;    // the cell's pixels in it
   std::uint32_t resident = 0;  // how many of these are in resident tiles
   bool referred = false;       // the cell refers to the view
@@ -136,9 +136,9 @@ class Chooser {
   [[nodiscard]] TileChoice brought_up_to_date(std::span<const ViewTile> resident, std::size_t count);
 
  private:
-  void add_views(std::uint32_t view, std::span<const ShownCell> shown);
+  void add_views(ViewSlot view, std::span<const ShownCell> shown);
   void measure_views(const TileDemand& demand);
-  void add_candidates(std::uint32_t view, std::span<const ShownCell> shown);
+  void add_candidates(ViewSlot view, std::span<const ShownCell> shown);
   void add_whole_view(std::uint32_t first_tile);
   void list_tiles_of_cells();
   [[nodiscard]] double gain(const Range& parts);
@@ -292,9 +292,9 @@ void check(const TileDemand& demand) {
 
 Chooser::Chooser(const TileDemand& demand) : cells_(demand.surface.cells.cells.size()) {
   check(demand);
-  for (std::uint32_t slot = 0; slot < demand.shown.size(); ++slot) add_views(slot, *demand.shown[slot]);
+  for (ViewSlot slot{0}; slot < demand.shown.size(); ++slot) add_views(slot, *demand.shown[slot]);
   measure_views(demand);
-  for (std::uint32_t slot = 0; slot < demand.shown.size(); ++slot) {
+  for (ViewSlot slot{0}; slot < demand.shown.size(); ++slot) {
     const auto first = static_cast<std::uint32_t>(candidates_.size());
     add_candidates(slot, *demand.shown[slot]);
     add_whole_view(first);
@@ -306,7 +306,7 @@ Chooser::Chooser(const TileDemand& demand) : cells_(demand.surface.cells.cells.s
   taken_.resize(candidates_.size(), 0);
 }
 
-void Chooser::add_views(std::uint32_t view, std::span<const ShownCell> shown) {
+void Chooser::add_views(ViewSlot view, std::span<const ShownCell> shown) {
   for (const ShownCell& part : shown) {
     std::vector<ShowingView>& views = cells_[part.cell].views;
     if (views.empty() || views.back().view != view) views.push_back({view});
@@ -330,18 +330,18 @@ void Chooser::measure_views(const TileDemand& demand) {
 }
 
 // Tiles whose gutter alone shows something are none: their neighbours hold the same pixels.
-void Chooser::add_candidates(std::uint32_t view, std::span<const ShownCell> shown) {
+void Chooser::add_candidates(ViewSlot view, std::span<const ShownCell> shown) {
   for (const ShownCell& part : shown) {
     if (part.pixels == 0) continue;
     const bool known =
         !candidates_.empty() && candidates_.back().tile.view == view && candidates_.back().tile.tile == part.tile;
     if (!known) {
       const auto first = static_cast<std::uint32_t>(parts_.size());
-      candidates_.push_back({{ViewSlot{view}, part.tile}, {first, first}});
+      candidates_.push_back({{view, part.tile}, {first, first}});
     }
     const std::vector<ShowingView>& views = cells_[part.cell].views;
     const auto found = std::lower_bound(views.begin(), views.end(), view,
-                                        [](const ShowingView& showing, std::uint32_t v) { return showing.view < v; });
+                                        [](const ShowingView& showing, ViewSlot v) { return showing.view < v; });
     parts_.push_back({part.cell, static_cast<std::uint32_t>(found - views.begin()), part.pixels});
     candidates_.back().parts.end = static_cast<std::uint32_t>(parts_.size());
   }

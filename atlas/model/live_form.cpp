@@ -48,7 +48,7 @@ class VersionWriter {
     const auto until = Clock::now() + time;
     bool has_more = false;  // than the version before
     views_.resize(snapshot_.views.size());
-    for (std::uint32_t slot = 0; slot < views_.size(); ++slot) {
+    for (ViewSlot slot{0}; slot < views_.size(); ++slot) {
       step();
       const bool changed = snapshot_.views[slot] != views_[slot].view;
       if (changed && snapshot_.views[slot] && has_more && Clock::now() > until) {
@@ -74,7 +74,7 @@ class VersionWriter {
   // Returns whether the view is shown: it is there, and was written in some version.
   [[nodiscard]] bool is_shown(std::size_t slot) const { return snapshot_.views[slot] && views_[slot].is_known(); }
 
-  [[nodiscard]] json put_image(ModelImageKind kind, FormPart part, std::uint32_t slot, const char* suffix,
+  [[nodiscard]] json put_image(ModelImageKind kind, FormPart part, ViewSlot slot, const char* suffix,
                                const std::string& ending, const ImageCoding& coding) const {
     const ModelImage image{kind, slot, {numbered_image(slot) + suffix, ending}, coding};
     const std::vector<std::uint8_t> file = encoded(image, snapshot_);
@@ -82,7 +82,7 @@ class VersionWriter {
     return {{"uri", name}, {"byteLength", file.size()}};
   }
 
-  void write_view(std::uint32_t slot) {
+  void write_view(ViewSlot slot) {
     WrittenView& known = views_[slot];
     const std::shared_ptr<const StoredView> before = std::exchange(known.view, snapshot_.views[slot]);
     if (!known.view) return;
@@ -127,7 +127,8 @@ class VersionWriter {
 
   // Views are in the order of their slots; tiles are those of the views that are shown.
   [[nodiscard]] ViewTables tables() const {
-    ViewTables tables{snapshot_.references.views, {}};
+    const std::vector<ViewSlot>& references = snapshot_.references.views;
+    ViewTables tables{{references.begin(), references.end()}, {}};
     const TileTable& tiles = snapshot_.tiles;
     for (std::size_t slot = 0; !tiles.whole_views() && slot < views_.size(); ++slot) {
       if (!is_shown(slot)) continue;

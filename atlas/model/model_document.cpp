@@ -167,9 +167,9 @@ json content_json(const TileContent& content) {
 
 }  // namespace
 
-std::uint32_t first_view_slot(const Snapshot& snapshot, const std::vector<std::uint8_t>& shown) {
+ViewSlot first_view_slot(const Snapshot& snapshot, const std::vector<std::uint8_t>& shown) {
   std::vector<std::size_t> cells(snapshot.views.size(), 0);
-  for (const std::uint32_t slot : snapshot.references.views) ++cells[slot];
+  for (const ViewSlot slot : snapshot.references.views) ++cells[slot];
   const glm::dvec3 up = upward(cameras_of(snapshot));
   std::size_t best = cells.size();
   std::pair<bool, std::size_t> most;
@@ -180,7 +180,7 @@ std::uint32_t first_view_slot(const Snapshot& snapshot, const std::vector<std::u
     best = slot;
     most = shows;
   }
-  return static_cast<std::uint32_t>(best);
+  return ViewSlot(static_cast<std::uint32_t>(best));
 }
 
 json model_properties(const Snapshot& snapshot, const ValidityOptions& validity, std::uint32_t first_view) {
@@ -238,9 +238,9 @@ ViewTables view_tables(const Snapshot& snapshot) {
   for (std::size_t slot = 0; slot < number.size(); ++slot) number[slot] = snapshot.views[slot] ? next++ : 0;
   ViewTables tables;
   tables.references.reserve(snapshot.references.views.size());
-  for (const std::uint32_t slot : snapshot.references.views) tables.references.push_back(number[slot]);
+  for (const ViewSlot slot : snapshot.references.views) tables.references.push_back(number[slot]);
   if (snapshot.tiles.whole_views()) return tables;
-  for (const std::uint32_t slot : snapshot.tiles.slots) tables.resident.push_back(slot == TilePlace::none ? 0 : 1);
+  for (const TilePlace slot : snapshot.tiles.slots) tables.resident.push_back(slot == TilePlace::none ? 0 : 1);
   return tables;
 }
 

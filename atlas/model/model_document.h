@@ -19,7 +19,7 @@ namespace lumatlas {
 
 // Returns the view slot where a visitor begins: the photograph that most cells refer to, which gives the widest view,
 // of those that were held level. `shown`: which view slots count, one for each; at least one does.
-[[nodiscard]] std::uint32_t first_view_slot(const Snapshot& snapshot, const std::vector<std::uint8_t>& shown);
+[[nodiscard]] ViewSlot first_view_slot(const Snapshot& snapshot, const std::vector<std::uint8_t>& shown);
 
 // The properties of the whole model, without its images, views and poster. `first_view`: the view's number.
 [[nodiscard]] nlohmann::json model_properties(const Snapshot& snapshot, const ValidityOptions& validity,

@@ -27,7 +27,7 @@ void grow_to_blocks(std::vector<std::uint8_t>& mask, std::uint32_t width, std::u
 }
 
 // Black where no tile is resident.
-Photograph resident_part(const Snapshot& snapshot, std::uint32_t slot, ImageFormat format) {
+Photograph resident_part(const Snapshot& snapshot, ViewSlot slot, ImageFormat format) {
   const StoredView& view = *snapshot.views[slot];
   Photograph part = view.photograph->whole();
   if (snapshot.tiles.whole_views()) return part;
@@ -56,12 +56,12 @@ std::string numbered_image(std::size_t view) {
   return std::string(kImageFolder) + "/" + number;
 }
 
-std::vector<ModelImage> images_of(const Snapshot& snapshot, const ImageCoding& photographs, std::uint32_t first,
+std::vector<ModelImage> images_of(const Snapshot& snapshot, const ImageCoding& photographs, ViewSlot first,
                                   bool packed) {
   constexpr ImageCoding kSmall{ImageFormat::jpeg, 80};
   std::vector<ModelImage> images;
   std::size_t number = 0;
-  for (std::uint32_t slot = 0; slot < snapshot.views.size(); ++slot) {
+  for (ViewSlot slot{0}; slot < snapshot.views.size(); ++slot) {
     if (!snapshot.views[slot]) continue;
     const StoredView& view = *snapshot.views[slot];
     const std::string name = numbered_image(number++);
@@ -95,7 +95,7 @@ std::vector<std::uint8_t> mask_file(const StoredView& view) {
   return grey_png(grey, view.camera.width, view.camera.height);
 }
 
-std::vector<std::uint8_t> small_file(const Snapshot& snapshot, std::uint32_t slot, std::uint32_t longest_px,
+std::vector<std::uint8_t> small_file(const Snapshot& snapshot, ViewSlot slot, std::uint32_t longest_px,
                                      const ImageCoding& coding) {
   const StoredView& view = *snapshot.views[slot];
   const TileTable& tiles = snapshot.tiles;

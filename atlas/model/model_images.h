@@ -29,7 +29,7 @@ struct ModelFileName {
 
 struct ModelImage {
   ModelImageKind kind;
-  std::uint32_t slot;  // the view's slot in the snapshot
+  ViewSlot slot;  // the view's slot in the snapshot
   ModelFileName name;
   ImageCoding coding;  // masks are PNG, small pictures JPEG
 };
@@ -37,7 +37,7 @@ struct ModelImage {
 // Those of all views of a snapshot in their order: of each its photograph, then the others that it has; last the poster
 // of the view in slot `first`. `packed`: without lens and trust masks, which are in the mask already.
 [[nodiscard]] std::vector<ModelImage> images_of(const Snapshot& snapshot, const ImageCoding& photographs,
-                                                std::uint32_t first, bool packed);
+                                                ViewSlot first, bool packed);
 
 // A pixel of a mask: twice its validity in 7 bits, rounded up, so that no valid pixel becomes invalid, and one more at
 // a rim.

@@ -63,7 +63,7 @@ ModelParts model_parts(const Snapshot& given, const ValidityOptions& validity, c
   std::vector<std::uint8_t> shown;
   for (const auto& view : snapshot.views) shown.push_back(view ? 1 : 0);
   const std::size_t views = static_cast<std::size_t>(std::count(shown.begin(), shown.end(), 1));
-  const std::uint32_t first = views > 0 ? first_view_slot(snapshot, shown) : 0;
+  const ViewSlot first = views > 0 ? first_view_slot(snapshot, shown) : ViewSlot(0);
   parts.images = images_of(snapshot, options.photographs, first, options.packed);
   const auto number = static_cast<std::uint32_t>(std::count(shown.begin(), shown.begin() + first, 1));
   parts.properties = model_properties(snapshot, validity, number);

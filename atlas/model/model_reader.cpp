@@ -85,12 +85,12 @@ class ModelReader {
   [[nodiscard]] FarSphere far_sphere(const FarPart& part, std::size_t cells, double cell_size) const;
   [[nodiscard]] Mesh written_mesh(std::size_t number = 0) const;
   [[nodiscard]] std::vector<std::uint32_t> copies(const Mesh& written) const;
-  [[nodiscard]] std::vector<std::uint32_t> cell_of_vertex(std::size_t vertices, std::size_t first, std::size_t count,
-                                                          std::size_t mesh) const;
-  [[nodiscard]] std::vector<std::uint32_t> cell_of_face(const Mesh& written, std::size_t first, std::size_t count,
-                                                        std::size_t mesh) const;
-  void require_no_empty_cell(const std::vector<std::uint32_t>& of_face, std::size_t first, std::size_t count) const;
-  [[nodiscard]] Cells cells(const Mesh& mesh, std::vector<std::uint32_t> of_face, std::size_t count) const;
+  [[nodiscard]] std::vector<CellId> cell_of_vertex(std::size_t vertices, std::size_t first, std::size_t count,
+                                                   std::size_t mesh) const;
+  [[nodiscard]] std::vector<CellId> cell_of_face(const Mesh& written, std::size_t first, std::size_t count,
+                                                 std::size_t mesh) const;
+  void require_no_empty_cell(const std::vector<CellId>& of_face, std::size_t first, std::size_t count) const;
+  [[nodiscard]] Cells cells(const Mesh& mesh, std::vector<CellId> of_face, std::size_t count) const;
   [[nodiscard]] ReadSurface surface() const;
   [[nodiscard]] std::vector<glm::u8vec3> vertex_colors(const ReadSurface& of) const;
   void add_colors(const char* name, std::size_t mesh, std::size_t vertices, std::size_t copies,
@@ -183,15 +183,15 @@ void leave_out(const std::vector<std::uint32_t>& copies, Mesh& mesh) {
 }
 
 // Returns for each vertex of a mesh the number of its cell less `first`, in [0, count).
-std::vector<std::uint32_t> ModelReader::cell_of_vertex(std::size_t vertices, std::size_t first, std::size_t count,
-                                                       std::size_t mesh) const {
+std::vector<CellId> ModelReader::cell_of_vertex(std::size_t vertices, std::size_t first, std::size_t count,
+                                                std::size_t mesh) const {
   const auto numbers = file_.values<float>(file_.attribute(kCellAttribute, mesh), kCellAttribute, kNumbers);
   if (numbers.size() != vertices) {
     file_.refuse(std::string(kCellAttribute) + " has " + std::to_string(numbers.size()) + " cells for " +
                  std::to_string(vertices) + " vertices");
   }
   const auto least = static_cast<float>(first), end = static_cast<float>(first + count);
-  std::vector<std::uint32_t> cells;
+  std::vector<CellId> cells;
   cells.reserve(vertices);
   for (const float number : numbers) {
     // Written so that NaN is refused too.
@@ -200,21 +200,21 @@ std::vector<std::uint32_t> ModelReader::cell_of_vertex(std::size_t vertices, std
                    " is in cell " + number_text(number) + " of " + std::to_string(count) +
                    (first == 0 ? "" : " from cell " + std::to_string(first)));
     }
-    cells.push_back(static_cast<std::uint32_t>(number) - static_cast<std::uint32_t>(first));
+    cells.emplace_back(static_cast<std::uint32_t>(number) - static_cast<std::uint32_t>(first));
   }
   return cells;
 }
 
-std::vector<std::uint32_t> ModelReader::cell_of_face(const Mesh& written, std::size_t first, std::size_t count,
-                                                     std::size_t mesh) const {
+std::vector<CellId> ModelReader::cell_of_face(const Mesh& written, std::size_t first, std::size_t count,
+                                              std::size_t mesh) const {
   if (first + count > kMostCells) {
     file_.refuse("has " + std::to_string(first + count) + " cells, must be at most " + std::to_string(kMostCells));
   }
-  const std::vector<std::uint32_t> of_vertex = cell_of_vertex(written.positions.size(), first, count, mesh);
-  std::vector<std::uint32_t> cells;
+  const std::vector<CellId> of_vertex = cell_of_vertex(written.positions.size(), first, count, mesh);
+  std::vector<CellId> cells;
   cells.reserve(written.faces.size());
   for (const glm::uvec3& face : written.faces) {
-    const std::uint32_t cell = of_vertex[face[0]];
+    const CellId cell = of_vertex[face[0]];
     if (of_vertex[face[1]] != cell || of_vertex[face[2]] != cell) {
       file_.refuse("face " + std::to_string(cells.size()) + " has vertices in cells " + std::to_string(cell) + ", " +
                    std::to_string(of_vertex[face[1]]) + " and " + std::to_string(of_vertex[face[2]]) +
@@ -236,23 +236,23 @@ FarSphere ModelReader::far_sphere(const FarPart& part, std::size_t cells, double
   if (part.cells == 0) return {};
   FarSphere far;
   far.mesh = written_mesh(part.mesh);
-  std::vector<std::uint32_t> of_face = cell_of_face(far.mesh, cells - part.cells, part.cells, part.mesh);
+  std::vector<CellId> of_face = cell_of_face(far.mesh, cells - part.cells, part.cells, part.mesh);
   require_no_empty_cell(of_face, cells - part.cells, part.cells);
   far.cells = measure_cells(far.mesh, std::move(of_face), cell_size);
   return far;
 }
 
 // `of_face`: for each face the number of its cell less `first`.
-void ModelReader::require_no_empty_cell(const std::vector<std::uint32_t>& of_face, std::size_t first,
+void ModelReader::require_no_empty_cell(const std::vector<CellId>& of_face, std::size_t first,
                                         std::size_t count) const {
   std::vector<std::uint8_t> used(count, 0);
-  for (const std::uint32_t cell : of_face) used[cell] = 1;
+  for (const CellId cell : of_face) used[cell] = 1;
   const auto empty = std::find(used.begin(), used.end(), 0);
   if (empty == used.end()) return;
   file_.refuse("cell " + std::to_string(first + static_cast<std::size_t>(empty - used.begin())) + " has no faces");
 }
 
-Cells ModelReader::cells(const Mesh& mesh, std::vector<std::uint32_t> of_face, std::size_t count) const {
+Cells ModelReader::cells(const Mesh& mesh, std::vector<CellId> of_face, std::size_t count) const {
   const double size = file_.number(lumigraph_, kLumigraphExtension, "cellSize", 0, most_cell_size(mesh));
   require_no_empty_cell(of_face, 0, count);
   return measure_cells(mesh, std::move(of_face), size);
@@ -284,7 +284,10 @@ std::vector<glm::u8vec3> ModelReader::vertex_colors(const ReadSurface& of) const
 ReferenceTable ModelReader::references(std::size_t cells, std::size_t views) const {
   ReferenceTable table;
   table.offsets = whole_numbers("referenceOffsets");
-  if (lumigraph_.Has("references")) table.views = whole_numbers("references");
+  if (lumigraph_.Has("references")) {
+    const int accessor = file_.accessor(lumigraph_, kLumigraphExtension, "references");
+    table.views = file_.values<ViewSlot>(accessor, "references", kWholeNumbers);
+  }
   if (table.offsets.size() != cells + 1) {
     file_.refuse("referenceOffsets has " + std::to_string(table.offsets.size()) + " entries, must have " +
                  std::to_string(cells + 1) + " for " + std::to_string(cells) + " cells");
@@ -306,7 +309,7 @@ ReferenceTable ModelReader::references(std::size_t cells, std::size_t views) con
 // A cell could else have many more references than there are views, all of which the renderer looks at in each pixel.
 void ModelReader::require_each_view_once(const ReferenceTable& table, std::size_t views) const {
   std::vector<std::size_t> last_cell(views, table.offsets.size());  // that refers to each view
-  for (std::uint32_t cell = 0; cell + 1 < table.offsets.size(); ++cell) {
+  for (CellId cell{0}; cell + 1 < table.offsets.size(); ++cell) {
     for (const std::uint32_t view : table.of_cell(cell)) {
       if (std::exchange(last_cell[view], cell) != cell) continue;
       file_.refuse("cell " + std::to_string(cell) + " refers to view " + std::to_string(view) +
@@ -492,7 +495,7 @@ ReadSurface ModelReader::surface() const {
   const std::size_t all_cells = cells_seen().size();
   const FarPart far = far_part(all_cells);
   const std::size_t count = all_cells - far.cells;
-  std::vector<std::uint32_t> of_face = cell_of_face(surface->mesh, 0, count, 0);
+  std::vector<CellId> of_face = cell_of_face(surface->mesh, 0, count, 0);
   const std::vector<std::uint32_t> left_out = copies(surface->mesh);
   ReadSurface read{surface, surface->mesh.positions.size(), left_out.size()};
   leave_out(left_out, surface->mesh);

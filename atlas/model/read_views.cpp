@@ -29,7 +29,7 @@ PixelRect grown(const PixelRect& rect, std::uint32_t by, const Camera& camera) {
 }
 
 // Returns the resident tiles of a view with their gutters. Tiles beside each other in a row are one rectangle.
-std::vector<PixelRect> resident_parts(const TileTable& tiles, std::uint32_t view, const Camera& camera) {
+std::vector<PixelRect> resident_parts(const TileTable& tiles, ViewSlot view, const Camera& camera) {
   const std::uint32_t side = tiles.options.tile_px;
   const TileGrid grid(camera.width, camera.height, side);
   std::vector<PixelRect> parts;
@@ -120,7 +120,7 @@ class ViewReader {
       : model_(model), visibility_(mesh), tiles_(tiles), options_(options) {}
 
   // Returns null where nothing of the view is shown.
-  [[nodiscard]] std::shared_ptr<const StoredView> read(const ViewEntry& entry, std::uint32_t number,
+  [[nodiscard]] std::shared_ptr<const StoredView> read(const ViewEntry& entry, ViewSlot number,
                                                        ReadTimes& times) const {
     const Camera& camera = entry.camera;
     if (tiles_.whole_views()) return std::make_shared<const StoredView>(read_whole(entry, times));
@@ -213,7 +213,7 @@ std::vector<std::shared_ptr<const StoredView>> read_views(const std::vector<View
   std::vector<ReadTimes> of_view(entries.size());
   tbb::parallel_for(std::size_t{0}, entries.size(), [&](std::size_t i) {
     try {
-      views[i] = reader.read(entries[i], static_cast<std::uint32_t>(i), of_view[i]);
+      views[i] = reader.read(entries[i], ViewSlot(static_cast<std::uint32_t>(i)), of_view[i]);
     } catch (...) {
       errors[i] = std::current_exception();
     }

@@ -143,7 +143,7 @@ const std::array<std::uint16_t, 256>& short_linear() {
 // A mesh of a surface, and what is known of its faces.
 struct GivenMesh {
   const Mesh& mesh;
-  const std::vector<std::uint32_t>& cell_of_face;
+  const std::vector<CellId>& cell_of_face;
   std::uint32_t first_cell = 0;  // added to the cells of the faces
   std::size_t first_face = 0;    // number of its first face in the surface
 };
@@ -151,7 +151,7 @@ struct GivenMesh {
 WrittenMesh written_mesh(const GivenMesh& given, DrawZones* zones, const BaseTexture* texture) {
   const Mesh& mesh = given.mesh;
   Splitter splitter(mesh.faces, mesh.positions.size());
-  const auto cell_of = [&](std::size_t face) { return given.first_cell + given.cell_of_face[face]; };
+  const auto cell_of = [&](std::size_t face) { return CellId(given.first_cell + given.cell_of_face[face]); };
   std::vector<std::uint32_t> cells = splitter.split([&](std::size_t face, int) { return cell_of(face); });
   const std::size_t originals = cells.size();
   std::vector<std::uint32_t> copies(originals), zone_of_vertex, places;
@@ -203,7 +203,7 @@ WrittenMesh packed_mesh(WrittenMesh mesh, const DrawZones* zones, double step) {
 
 }  // namespace
 
-std::uint32_t DrawZones::of(std::size_t face, std::uint32_t cell) {
+std::uint32_t DrawZones::of(std::size_t face, CellId cell) {
   const auto [entry, added] =
       numbers_.emplace(std::pair(shares_.zone_of_face[face], cell), static_cast<std::uint32_t>(zones_.size()));
   if (added) {

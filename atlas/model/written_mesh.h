@@ -25,7 +25,7 @@ class DrawZones {
   explicit DrawZones(const CellShares& shares) : shares_(shares) {}
 
   // Returns the zone of a face of a cell. `face` counts over all meshes of the surface.
-  [[nodiscard]] std::uint32_t of(std::size_t face, std::uint32_t cell);
+  [[nodiscard]] std::uint32_t of(std::size_t face, CellId cell);
   [[nodiscard]] glm::u8vec4 shares(std::size_t face, int corner) const;
   // Returns how many cells the faces of a zone fade between, 1 to kCellsPerZone.
   [[nodiscard]] std::size_t cells_of(std::uint32_t zone) const;

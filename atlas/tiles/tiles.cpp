@@ -104,7 +104,7 @@ class ShownInRow {
   [[nodiscard]] std::optional<CellId> cell_at(std::size_t pixel) const {
     const FaceId face = face_[pixel];
     if (view_.mask->validity[pixel] == 0 || face == FaceId::none) return std::nullopt;
-    if (face < cells_.cell_of_face.size()) return CellId{cells_.cell_of_face[face]};
+    if (face < cells_.cell_of_face.size()) return cells_.cell_of_face[face];
     throw std::invalid_argument("tiles: view " + view_.name + " shows face " + std::to_string(face) +
                                 ", the mesh has " + std::to_string(cells_.cell_of_face.size()));
   }
@@ -243,14 +243,14 @@ TiledView make_tiled_view(std::string name, const Camera& camera, Photograph pho
                          std::move(visible), cells, layout, options, std::move(trust));
 }
 
-bool TileTable::resident(std::uint32_t view, const Camera& camera, double x, double y) const {
+bool TileTable::resident(ViewSlot view, const Camera& camera, double x, double y) const {
   const TileGrid grid(camera.width, camera.height, options.tile_px);
   const auto column = static_cast<std::uint32_t>(x) / options.tile_px;
   const auto row = static_cast<std::uint32_t>(y) / options.tile_px;
   return slots[first_tile[view] + row * grid.columns + column] != TilePlace::none;
 }
 
-std::vector<std::uint8_t> TileTable::resident_pixels(std::uint32_t view, const Camera& camera) const {
+std::vector<std::uint8_t> TileTable::resident_pixels(ViewSlot view, const Camera& camera) const {
   const TileGrid grid(camera.width, camera.height, options.tile_px);
   std::vector<std::uint8_t> mask(std::size_t{camera.width} * camera.height, 0);
   for (std::uint32_t tile = 0; tile < grid.tiles(); ++tile) {
@@ -268,7 +268,7 @@ std::vector<std::uint8_t> TileTable::resident_pixels(std::uint32_t view, const C
   return mask;
 }
 
-bool TileTable::has_resident_tile(std::uint32_t view) const {
+bool TileTable::has_resident_tile(ViewSlot view) const {
   return std::any_of(slots.begin() + first_tile[view], slots.begin() + first_tile[view + 1],
                      [](TilePlace place) { return place != TilePlace::none; });
 }

@@ -118,10 +118,10 @@ struct TileTable {
   [[nodiscard]] bool whole_views() const { return first_tile.empty(); }
   // Returns whether the tile that holds an image position (pixels from the top left corner, inside the image) is
   // resident.
-  [[nodiscard]] bool resident(std::uint32_t view, const Camera& camera, double x, double y) const;
+  [[nodiscard]] bool resident(ViewSlot view, const Camera& camera, double x, double y) const;
   // One value per pixel of a view: 1 where it is in a resident tile or its gutter.
-  [[nodiscard]] std::vector<std::uint8_t> resident_pixels(std::uint32_t view, const Camera& camera) const;
-  [[nodiscard]] bool has_resident_tile(std::uint32_t view) const;
+  [[nodiscard]] std::vector<std::uint8_t> resident_pixels(ViewSlot view, const Camera& camera) const;
+  [[nodiscard]] bool has_resident_tile(ViewSlot view) const;
   [[nodiscard]] std::uint32_t resident_tiles() const;
   // Tile places that a texture array must have, for each number in `slots` to be one of them.
   [[nodiscard]] std::uint32_t slots_needed() const;

@@ -15,7 +15,7 @@ CellRuns::CellRuns(const Cells& cells, std::size_t faces) {
   }
   std::vector<std::uint32_t> counts(cells.cells.size(), 0);
   for (std::size_t face = 0; face < faces; ++face) {
-    const std::uint32_t cell = cells.cell_of_face[face];
+    const CellId cell = cells.cell_of_face[face];
     if (cell >= counts.size()) {
       throw std::invalid_argument("cells: face " + std::to_string(face) + " is in cell " + std::to_string(cell) +
                                   ", must be below the number of cells, " + std::to_string(counts.size()));

@@ -68,7 +68,7 @@ Rows<std::uint32_t> faces_of_cells(const Cells& cells) {
 }
 
 struct Share {
-  std::uint32_t cell;
+  CellId cell;
   double share;  // (0, 1]
 };
 using VertexShares = std::vector<std::vector<Share>>;  // one per vertex, cells ascending
@@ -172,10 +172,10 @@ std::optional<std::vector<std::vector<Reached>>> vertices_of_cells(const Surface
 // algorithm from the vertices of all cells at once: the time is bounded by the number of faces, whatever the width is
 // and however many cells meet at a vertex.
 VertexShares shares_of_nearest_cells(const Surface& surface, const Rows<std::uint32_t>& neighbors, double width) {
-  using Entry = std::tuple<double, std::uint32_t, std::uint32_t>;  // distance, vertex, cell
+  using Entry = std::tuple<double, std::uint32_t, CellId>;  // distance, vertex, cell
   std::priority_queue<Entry, std::vector<Entry>, std::greater<>> open;
   VertexShares shares(surface.mesh.positions.size());
-  const auto takes = [&](std::uint32_t vertex, std::uint32_t cell) {
+  const auto takes = [&](std::uint32_t vertex, CellId cell) {
     const std::vector<Share>& of_vertex = shares[vertex];
     return of_vertex.size() < kNearestCells &&
            std::none_of(of_vertex.begin(), of_vertex.end(), [&](const Share& share) { return share.cell == cell; });
@@ -207,7 +207,7 @@ VertexShares shares_of_vertices(const Surface& surface, double width) {
   const auto reached = vertices_of_cells(surface, neighbors, width);
   if (!reached) return shares_of_nearest_cells(surface, neighbors, width);
   VertexShares shares(surface.mesh.positions.size());
-  for (std::uint32_t cell = 0; cell < reached->size(); ++cell) {
+  for (CellId cell{0}; cell < reached->size(); ++cell) {
     for (const auto& [vertex, share] : (*reached)[cell]) shares[vertex].push_back({cell, share});
   }
   return shares;
@@ -226,7 +226,7 @@ CellShares::Zone zone_of(const glm::uvec3& face, const VertexShares& shares) {
   for (int corner = 0; corner < 3; ++corner) {
     for (const Share& share : shares[face[corner]]) {
       const auto end = zone.begin() + static_cast<std::ptrdiff_t>(count);
-      if (std::find(zone.begin(), end, share.cell) == end) zone.at(count++) = CellId{share.cell};
+      if (std::find(zone.begin(), end, share.cell) == end) zone.at(count++) = share.cell;
     }
   }
   std::sort(zone.begin(), zone.end());
@@ -295,10 +295,10 @@ void limit_cells(const Surface& surface, VertexShares& shares) {
 
 CellShares own_cells(const Cells& cells) {
   CellShares shares;
-  for (std::uint32_t cell = 0; cell < cells.cells.size(); ++cell) {
-    shares.zones.push_back({CellId{cell}, CellId::none, CellId::none, CellId::none});
+  for (CellId cell{0}; cell < cells.cells.size(); ++cell) {
+    shares.zones.push_back({cell, CellId::none, CellId::none, CellId::none});
   }
-  shares.zone_of_face = cells.cell_of_face;
+  shares.zone_of_face.assign(cells.cell_of_face.begin(), cells.cell_of_face.end());
   const glm::vec4 all(1, 0, 0, 0);
   shares.corners.assign(cells.cell_of_face.size(), {all, all, all});
   return shares;
@@ -384,11 +384,11 @@ CellShares share_cells(const Surface& surface, double width) {
 }
 
 std::vector<std::uint32_t> first_of_same_references(const ReferenceTable& references) {
-  std::map<std::vector<std::uint32_t>, std::uint32_t> first;
+  std::map<std::vector<ViewSlot>, std::uint32_t> first;
   std::vector<std::uint32_t> result;
-  for (std::uint32_t cell = 0; cell + 1 < references.offsets.size(); ++cell) {
-    const std::span<const std::uint32_t> views = references.of_cell(cell);
-    std::vector<std::uint32_t> sorted(views.begin(), views.end());
+  for (CellId cell{0}; cell + 1 < references.offsets.size(); ++cell) {
+    const std::span<const ViewSlot> views = references.of_cell(cell);
+    std::vector<ViewSlot> sorted(views.begin(), views.end());
     std::sort(sorted.begin(), sorted.end());
     result.push_back(first.emplace(std::move(sorted), cell).first->second);
   }

@@ -18,7 +18,7 @@ glm::dvec3 row_of(const glm::dmat3& matrix, int row) {
 
 std::vector<glm::vec4> view_table(const Snapshot& snapshot, const PhotographArray& photographs) {
   std::vector<glm::vec4> table(kViewTexels * snapshot.views.size(), glm::vec4(0));
-  for (std::uint32_t slot = 0; slot < snapshot.views.size(); ++slot) {
+  for (ViewSlot slot{0}; slot < snapshot.views.size(); ++slot) {
     if (!snapshot.views[slot]) continue;
     const Camera& camera = snapshot.views[slot]->camera;
     if (photographs.first_tile(slot) > kMostTiles) {

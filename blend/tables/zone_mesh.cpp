@@ -30,7 +30,7 @@ std::size_t shader_of(const CellShares::Zone& cells) {
 }
 
 // The zone of each face.
-std::vector<std::uint32_t> zones_of_faces(const std::vector<std::uint32_t>& cell_of_face, const CellShares& shares,
+std::vector<std::uint32_t> zones_of_faces(const std::vector<CellId>& cell_of_face, const CellShares& shares,
                                           ZoneCells& known) {
   std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t> numbers;
   std::map<CellShares::Zone, std::uint32_t> combinations;
@@ -57,7 +57,7 @@ void merge_references(const CellShares::Zone& cells, const ReferenceTable& refer
                       std::vector<std::uint32_t>& merged) {
   const std::size_t first = merged.size();
   for (std::size_t i = 0; i < cells.size() && cells.at(i) != CellId::none; ++i) {
-    for (const std::uint32_t slot : references.of_cell(cells.at(i))) {
+    for (const ViewSlot slot : references.of_cell(cells.at(i))) {
       const auto begin = merged.begin() + static_cast<std::ptrdiff_t>(first);
       const auto found = std::find_if(begin, merged.end(), [&](std::uint32_t entry) { return slot_of(entry) == slot; });
       if (found == merged.end()) {
@@ -71,8 +71,8 @@ void merge_references(const CellShares::Zone& cells, const ReferenceTable& refer
 
 }  // namespace
 
-ZoneMesh zone_mesh(const Mesh& mesh, const std::vector<glm::u8vec3>& colors,
-                   const std::vector<std::uint32_t>& cell_of_face, const CellShares& shares) {
+ZoneMesh zone_mesh(const Mesh& mesh, const std::vector<glm::u8vec3>& colors, const std::vector<CellId>& cell_of_face,
+                   const CellShares& shares) {
   ZoneMesh copy;
   const std::vector<std::uint32_t> zones = zones_of_faces(cell_of_face, shares, copy.zone_cells);
   std::vector<std::uint32_t> newest(mesh.positions.size(), kNone);
@@ -110,7 +110,7 @@ std::uint32_t deviation_bits(float deviation) {
 ZoneReferences zone_references(const ZoneCells& zones, const ReferenceTable& references,
                                const std::vector<std::uint8_t>& cell_seen, const std::vector<float>& cell_deviation) {
   ZoneReferences result;
-  for (const std::uint32_t slot : references.views) {
+  for (const ViewSlot slot : references.views) {
     if (slot >> kFirstCellBit != 0) {
       throw GlError("the model refers to slot " + std::to_string(slot) + ", the renderer takes " +
                     std::to_string(1u << kFirstCellBit) + " slots: build it with fewer views");

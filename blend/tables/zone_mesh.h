@@ -43,7 +43,7 @@ struct ZoneMesh {
 
 // `colors` has one for each vertex, `cell_of_face` and `shares` one for each face.
 [[nodiscard]] ZoneMesh zone_mesh(const Mesh& mesh, const std::vector<glm::u8vec3>& colors,
-                                 const std::vector<std::uint32_t>& cell_of_face, const CellShares& shares);
+                                 const std::vector<CellId>& cell_of_face, const CellShares& shares);
 
 // The tables that shaders/tables.glsl reads.
 struct ZoneReferences {

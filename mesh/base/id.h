@@ -32,6 +32,11 @@ class Id {
 
   constexpr operator std::uint32_t() const { return number_; }  // NOLINT(google-explicit-constructor): see above
 
+  constexpr Id& operator++() {  // to the next entry
+    ++number_;
+    return *this;
+  }
+
  private:
   std::uint32_t number_ = 0xffffffffu;
 };

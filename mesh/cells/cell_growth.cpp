@@ -33,7 +33,7 @@ void check_before(const Mesh& mesh, const Cells& cells) {
            " faces, must have as many as the mesh before, " + std::to_string(mesh.faces.size()));
   }
   std::vector<std::uint32_t> faces(cells.cells.size(), 0);
-  for (const std::uint32_t cell : cells.cell_of_face) {
+  for (const CellId cell : cells.cell_of_face) {
     if (cell >= faces.size()) {
       refuse("a face before is in cell " + std::to_string(cell) + " of " + std::to_string(faces.size()) +
              ", must be in one of them");
@@ -163,8 +163,8 @@ std::vector<std::uint32_t> grown_grid(const Mesh& mesh_before, const Cells& befo
   std::vector<CellId> cell_of_cube(std::size_t{*std::max_element(cubes.begin(), cubes.end())} + 1, CellId::none);
   std::vector<std::uint32_t> cube_of_cell(before.cells.size(), kNoCube);
   for (std::size_t face = 0; face < mesh_before.faces.size(); ++face) {
-    const std::uint32_t cell = before.cell_of_face[face];
-    if (cell_of_cube[cubes[face]] == CellId::none) cell_of_cube[cubes[face]] = CellId{cell};
+    const CellId cell = before.cell_of_face[face];
+    if (cell_of_cube[cubes[face]] == CellId::none) cell_of_cube[cubes[face]] = cell;
     if (cube_of_cell[cell] == kNoCube) cube_of_cell[cell] = cubes[face];
     if (cell_of_cube[cubes[face]] == cell && cube_of_cell[cell] == cubes[face]) continue;
     refuse("cell " + std::to_string(cell) + " before is not the faces in one cube of size " + text(before.size) +
@@ -185,7 +185,7 @@ std::vector<CellId> number_old_first(std::vector<std::uint32_t>& labels, std::si
   for (const std::uint32_t label : labels) occurs[label] = 1;
   std::vector<std::uint32_t> number_of(occurs.size(), CellId::none);
   std::vector<CellId> previous_cell;
-  for (std::uint32_t cell = 0; cell < cells_before; ++cell) {
+  for (CellId cell{0}; cell < cells_before; ++cell) {
     if (!occurs[cell]) continue;
     number_of[cell] = static_cast<std::uint32_t>(previous_cell.size());
     previous_cell.emplace_back(cell);
@@ -204,10 +204,10 @@ std::vector<CellId> number_old_first(std::vector<std::uint32_t>& labels, std::si
 std::vector<std::uint32_t> faces_as_before(const Mesh& mesh_before, const Cells& before, const Mesh& mesh,
                                            std::span<const FaceId> previous_face, const CellGrowth& growth) {
   std::vector<std::uint32_t> faces(growth.cells.cells.size(), 0);
-  for (std::uint32_t face = 0; face < mesh.faces.size(); ++face) {
-    const std::uint32_t previous = previous_face[face];
+  for (FaceId face{0}; face < mesh.faces.size(); ++face) {
+    const FaceId previous = previous_face[face];
     if (previous == FaceId::none) continue;
-    const std::uint32_t cell = growth.cells.cell_of_face[face];
+    const CellId cell = growth.cells.cell_of_face[face];
     faces[cell] += before.cell_of_face[previous] == growth.previous_cell[cell] &&
                    face_corners(mesh_before, previous) == face_corners(mesh, face);
   }
@@ -236,7 +236,7 @@ CellGrowth grow_cells(const Mesh& mesh_before, const Cells& before, const Mesh& 
                                           ? grown_grid(mesh_before, before, mesh)
                                           : grown_clusters(before, mesh, previous_face, options.normal_weight);
   growth.previous_cell = number_old_first(labels, before.cells.size());
-  growth.cells = measure_cells(mesh, std::move(labels), before.size);
+  growth.cells = measure_cells(mesh, {labels.begin(), labels.end()}, before.size);
   const std::vector<std::uint32_t> kept = faces_as_before(mesh_before, before, mesh, previous_face, growth);
   growth.changed.assign(kept.size(), 1);
   for (std::size_t cell = 0; cell < kept.size(); ++cell) {

@@ -36,12 +36,11 @@ std::uint32_t number_by_first_face(std::vector<std::uint32_t>& labels) {
   return count;
 }
 
-std::vector<std::vector<std::uint32_t>> faces_by_cell(const std::vector<std::uint32_t>& cell_of_face,
-                                                      std::uint32_t cells) {
+std::vector<std::vector<std::uint32_t>> faces_by_cell(const std::vector<CellId>& cell_of_face, std::uint32_t cells) {
   std::vector<std::uint32_t> counts(cells, 0);
-  for (const std::uint32_t cell : cell_of_face) ++counts[cell];
+  for (const CellId cell : cell_of_face) ++counts[cell];
   std::vector<std::vector<std::uint32_t>> faces(cells);
-  for (std::uint32_t cell = 0; cell < cells; ++cell) faces[cell].reserve(counts[cell]);
+  for (CellId cell{0}; cell < cells; ++cell) faces[cell].reserve(counts[cell]);
   for (std::uint32_t face = 0; face < cell_of_face.size(); ++face) faces[cell_of_face[face]].push_back(face);
   return faces;
 }
@@ -90,7 +89,7 @@ Cell measure(const Mesh& mesh, std::span<const FaceGeometry> geometry, const std
 }
 
 // Throws unless cells are numbered from 0 without gaps.
-std::vector<std::vector<std::uint32_t>> checked_faces_by_cell(const std::vector<std::uint32_t>& cell_of_face) {
+std::vector<std::vector<std::uint32_t>> checked_faces_by_cell(const std::vector<CellId>& cell_of_face) {
   const std::uint32_t last = *std::max_element(cell_of_face.begin(), cell_of_face.end());
   if (last >= cell_of_face.size()) {
     throw std::invalid_argument("cells: a face is in cell " + std::to_string(last) + " of a mesh with " +
@@ -105,7 +104,7 @@ std::vector<std::vector<std::uint32_t>> checked_faces_by_cell(const std::vector<
   return faces;
 }
 
-Cells measured(const Mesh& mesh, std::span<const FaceGeometry> geometry, std::vector<std::uint32_t> cell_of_face,
+Cells measured(const Mesh& mesh, std::span<const FaceGeometry> geometry, std::vector<CellId> cell_of_face,
                double size) {
   Cells result;
   result.size = size;
@@ -148,7 +147,7 @@ double automatic_cell_size(const Mesh& mesh) {
   return size_of_diameter(scene_diameter(mesh));
 }
 
-Cells measure_cells(const Mesh& mesh, std::vector<std::uint32_t> cell_of_face, double size) {
+Cells measure_cells(const Mesh& mesh, std::vector<CellId> cell_of_face, double size) {
   check(mesh);
   cells_require(std::isfinite(size) && size >= 0, "size", size, "finite and not negative");
   if (cell_of_face.size() != mesh.faces.size()) {
@@ -168,7 +167,7 @@ Cells make_cells(const Mesh& mesh, const CellOptions& options, const Tick& tick)
                                           ? grid_labels(mesh, size)
                                           : cluster_labels(mesh, geometry, size, options.normal_weight, tick);
   number_by_first_face(labels);
-  return measured(mesh, geometry, std::move(labels), size);
+  return measured(mesh, geometry, {labels.begin(), labels.end()}, size);
 }
 
 }  // namespace lumatlas

@@ -7,6 +7,7 @@
 #include <glm/vec3.hpp>
 #include <vector>
 
+#include "mesh/base/id.h"
 #include "mesh/mesh.h"
 #include "mesh/tick.h"
 
@@ -41,9 +42,9 @@ struct Cell {
 };
 
 struct Cells {
-  double size = 0;                          // the target that was used, scene units
-  std::vector<Cell> cells;                  // none is empty
-  std::vector<std::uint32_t> cell_of_face;  // one per face of the mesh
+  double size = 0;                   // the target that was used, scene units
+  std::vector<Cell> cells;           // none is empty
+  std::vector<CellId> cell_of_face;  // one per face of the mesh
 };
 
 // The region that holds the bulk of a mesh.
@@ -86,6 +87,6 @@ struct SceneExtent {
 // Returns the cells of a partition that is known already, with their statistics; `cell_of_face` numbers them. `size` is
 // passed on. Throws std::invalid_argument if the mesh breaks a rule of mesh.h, unless `cell_of_face` has one entry per
 // face and numbers the cells from 0 without gaps, and unless `size` is finite and not negative.
-[[nodiscard]] Cells measure_cells(const Mesh& mesh, std::vector<std::uint32_t> cell_of_face, double size);
+[[nodiscard]] Cells measure_cells(const Mesh& mesh, std::vector<CellId> cell_of_face, double size);
 
 }  // namespace lumatlas

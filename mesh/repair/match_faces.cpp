@@ -14,7 +14,7 @@ namespace {
 
 struct PlacedFace {
   FaceCorners corners;
-  std::uint32_t face;
+  FaceId face;
   auto operator<=>(const PlacedFace&) const = default;  // NOLINT(modernize-use-nullptr): clang-tidy 14 misreads it
 };
 
@@ -22,7 +22,7 @@ std::vector<PlacedFace> sorted_by_place(const Mesh& mesh) {
   std::vector<PlacedFace> placed(mesh.faces.size());
   tbb::parallel_for(tbb::blocked_range<std::size_t>(0, placed.size(), 1024), [&](const auto& range) {
     for (std::size_t i = range.begin(); i < range.end(); ++i) {
-      const auto face = static_cast<std::uint32_t>(i);
+      const FaceId face(static_cast<std::uint32_t>(i));
       placed[i] = {face_corners(mesh, face), face};
     }
   });
@@ -41,7 +41,7 @@ std::vector<FaceId> match_faces(const Mesh& before, const Mesh& mesh) {
   for (const PlacedFace& placed : sorted_by_place(mesh)) {
     while (old_face != old_faces.end() && old_face->corners < placed.corners) ++old_face;
     if (old_face == old_faces.end()) break;
-    if (old_face->corners == placed.corners) matches[placed.face] = FaceId{(old_face++)->face};
+    if (old_face->corners == placed.corners) matches[placed.face] = (old_face++)->face;
   }
   return matches;
 }

@@ -31,7 +31,7 @@ std::vector<CellPixels> count_cell_pixels(const VisibilityBuffer& buffer, const 
                                   ", must be below the number of faces in cells, " +
                                   std::to_string(cells.cell_of_face.size()));
     }
-    const std::uint32_t cell = cells.cell_of_face[face];
+    const CellId cell = cells.cell_of_face[face];
     if (cell >= pixels_of_cell.size()) {
       throw std::invalid_argument("cells: cell_of_face[" + std::to_string(face) + "] is " + std::to_string(cell) +
                                   ", must be below the number of cells, " + std::to_string(pixels_of_cell.size()));
@@ -39,7 +39,7 @@ std::vector<CellPixels> count_cell_pixels(const VisibilityBuffer& buffer, const 
     ++pixels_of_cell[cell];
   }
   std::vector<CellPixels> counts;
-  for (std::uint32_t cell = 0; cell < pixels_of_cell.size(); ++cell) {
+  for (CellId cell{0}; cell < pixels_of_cell.size(); ++cell) {
     if (pixels_of_cell[cell] > 0) counts.push_back({CellId{cell}, pixels_of_cell[cell]});
   }
   return counts;

@@ -27,23 +27,23 @@ CellCoverage::CellCoverage(std::size_t cells, const CoverageOptions& options, do
                          min_reference_gain, "finite and not negative");
 }
 
-void CellCoverage::require_cell(std::uint32_t cell) const {
+void CellCoverage::require_cell(CellId cell) const {
   cell_coverage_requires.is_below(cell, slots_of_.size(), "cell", "the number of cells");
 }
 
-void CellCoverage::require_list_by_slot(std::uint32_t cell, std::size_t size, const char* list) const {
+void CellCoverage::require_list_by_slot(CellId cell, std::size_t size, const char* list) const {
   if (size >= slots_of_[cell]) return;
   throw std::invalid_argument(std::string("coverage: the size of ") + list + " is " + std::to_string(size) +
                               ", must be more than the largest slot of cell " + std::to_string(cell) + ", " +
                               std::to_string(slots_of_[cell] - 1));
 }
 
-double CellCoverage::value(std::uint32_t cell) const {
+double CellCoverage::value(CellId cell) const {
   require_cell(cell);
   return do_value(cell);
 }
 
-double CellCoverage::gain(std::uint32_t cell, const Contribution& part, std::span<const std::uint8_t> victims,
+double CellCoverage::gain(CellId cell, const Contribution& part, std::span<const std::uint8_t> victims,
                           std::span<double> corrections) const {
   require_cell(cell);
   check(part);
@@ -52,21 +52,21 @@ double CellCoverage::gain(std::uint32_t cell, const Contribution& part, std::spa
   return do_gain(cell, part, victims, corrections);
 }
 
-void CellCoverage::add_losses(std::uint32_t cell, double factor, std::span<double> losses) const {
+void CellCoverage::add_losses(CellId cell, double factor, std::span<double> losses) const {
   require_cell(cell);
   cell_coverage_requires(std::isfinite(factor), "factor", factor, "finite");
   require_list_by_slot(cell, losses.size(), "losses");
   do_add_losses(cell, factor, losses);
 }
 
-double CellCoverage::value_by_definition(std::uint32_t cell, std::span<const std::uint32_t> gone,
+double CellCoverage::value_by_definition(CellId cell, std::span<const ViewSlot> gone,
                                          const Contribution* newcomer) const {
   require_cell(cell);
   if (newcomer) check(*newcomer);
   return do_value_by_definition(cell, gone, newcomer);
 }
 
-double CellCoverage::change_demand(std::uint32_t cell, const Contribution& part, DemandChange change,
+double CellCoverage::change_demand(CellId cell, const Contribution& part, DemandChange change,
                                    std::span<double> losses) {
   require_cell(cell);
   check(part);
@@ -74,12 +74,12 @@ double CellCoverage::change_demand(std::uint32_t cell, const Contribution& part,
   return do_change_demand(cell, part, change, losses);
 }
 
-double CellCoverage::weight(std::uint32_t cell) const {
+double CellCoverage::weight(CellId cell) const {
   require_cell(cell);
   return do_weight(cell);
 }
 
-void CellCoverage::insert(std::uint32_t cell, std::uint32_t slot, const Contribution& part) {
+void CellCoverage::insert(CellId cell, ViewSlot slot, const Contribution& part) {
   require_cell(cell);
   cell_coverage_requires.is_below(slot, std::numeric_limits<std::uint32_t>::max(), "slot",
                                   "the largest number that is no slot");
@@ -92,7 +92,7 @@ void CellCoverage::insert(std::uint32_t cell, std::uint32_t slot, const Contribu
   slots_of_[cell] = std::max(slots_of_[cell], slot + 1);
 }
 
-void CellCoverage::erase(std::uint32_t cell, std::uint32_t slot) {
+void CellCoverage::erase(CellId cell, ViewSlot slot) {
   require_cell(cell);
   if (!is_member(cell, slot)) {
     throw std::invalid_argument("coverage: slot is " + std::to_string(slot) + ", must be a member of cell " +
@@ -101,22 +101,22 @@ void CellCoverage::erase(std::uint32_t cell, std::uint32_t slot) {
   do_erase(cell, slot);
 }
 
-std::vector<std::uint32_t> CellCoverage::references(std::uint32_t cell) const {
+std::vector<ViewSlot> CellCoverage::references(CellId cell) const {
   require_cell(cell);
   return do_references(cell);
 }
 
-std::vector<ReferenceLoss> CellCoverage::reference_losses(std::uint32_t cell) const {
+std::vector<ReferenceLoss> CellCoverage::reference_losses(CellId cell) const {
   require_cell(cell);
   return do_reference_losses(cell);
 }
 
-void CellCoverage::give_up(std::uint32_t cell, std::span<const std::uint32_t> slots) {
+void CellCoverage::give_up(CellId cell, std::span<const ViewSlot> slots) {
   require_cell(cell);
   do_give_up(cell, slots);
 }
 
-ReferenceService CellCoverage::reference_service(std::uint32_t cell) const {
+ReferenceService CellCoverage::reference_service(CellId cell) const {
   require_cell(cell);
   return do_reference_service(cell);
 }

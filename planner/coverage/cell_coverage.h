@@ -17,7 +17,7 @@ namespace lumatlas {
 // The loss of value of a cell without one of its references, after others that it gave up before, as
 // ReferenceService::of_kept has it.
 struct ReferenceLoss {
-  std::uint32_t slot;
+  ViewSlot slot;
   double loss;  // >= 0
 };
 
@@ -46,38 +46,38 @@ class CellCoverage {
   [[nodiscard]] std::size_t cells() const { return slots_of_.size(); }  // how many
 
   // Returns the cell's value, >= 0: in cells, or in pictures where cells count by demand.
-  [[nodiscard]] double value(std::uint32_t cell) const;
+  [[nodiscard]] double value(CellId cell) const;
   // Returns by how much one more view would raise the cell's value. `victims`, if not empty, has a 1 for each view slot
   // that might leave before. For each of these that is a member, the change of the result without it is added to
   // `corrections` (one entry a view slot); for other slots too where that costs nothing.
-  [[nodiscard]] double gain(std::uint32_t cell, const Contribution& part, std::span<const std::uint8_t> victims,
+  [[nodiscard]] double gain(CellId cell, const Contribution& part, std::span<const std::uint8_t> victims,
                             std::span<double> corrections) const;
   // Adds `factor` times what the cell would lose without each member to `losses` (by view slot). The factor is finite.
-  void add_losses(std::uint32_t cell, double factor, std::span<double> losses) const;
+  void add_losses(CellId cell, double factor, std::span<double> losses) const;
   // Returns the cell's value without the members in `gone`, and with `newcomer` if it is not null. Computed by the
   // definition, not from what is kept up to date.
-  [[nodiscard]] double value_by_definition(std::uint32_t cell, std::span<const std::uint32_t> gone,
+  [[nodiscard]] double value_by_definition(CellId cell, std::span<const ViewSlot> gone,
                                            const Contribution* newcomer) const;
 
   // Adds the demand of an offered view, stored or not, to a measure by which a cell's value depends on all offered
   // views that see it; or removes one that was added before. Returns by how much the cell's value rises. Adds to
   // `losses` (one per view slot; empty: not needed) by how much more the cell loses without each member.
-  double change_demand(std::uint32_t cell, const Contribution& part, DemandChange change, std::span<double> losses);
+  double change_demand(CellId cell, const Contribution& part, DemandChange change, std::span<double> losses);
   // Returns the cell's weight against other cells; 1 where cells count alike.
-  [[nodiscard]] double weight(std::uint32_t cell) const;
+  [[nodiscard]] double weight(CellId cell) const;
 
   // The view slot must not be a member yet, and be below 2^32 - 1.
-  void insert(std::uint32_t cell, std::uint32_t slot, const Contribution& part);
+  void insert(CellId cell, ViewSlot slot, const Contribution& part);
   // The view slot must be a member. Another member may take the place of its reference.
-  void erase(std::uint32_t cell, std::uint32_t slot);
-  [[nodiscard]] std::vector<std::uint32_t> references(std::uint32_t cell) const;
+  void erase(CellId cell, ViewSlot slot);
+  [[nodiscard]] std::vector<ViewSlot> references(CellId cell) const;
 
   // Returns the order in which the cell would give up references, least loss first, down to as many as are blended.
   // Here and below: empty for a measure that cannot tell.
-  [[nodiscard]] std::vector<ReferenceLoss> reference_losses(std::uint32_t cell) const;
+  [[nodiscard]] std::vector<ReferenceLoss> reference_losses(CellId cell) const;
   // The views stay members, and one of them may be referenced again when another member leaves.
-  void give_up(std::uint32_t cell, std::span<const std::uint32_t> slots);
-  [[nodiscard]] ReferenceService reference_service(std::uint32_t cell) const;
+  void give_up(CellId cell, std::span<const ViewSlot> slots);
+  [[nodiscard]] ReferenceService reference_service(CellId cell) const;
 
   // The geometry has changed: the new cell k takes over what is known of the old cell previous_cell[k] (CellId::none:
   // empty). One entry for each cell of the surface, each an old cell or CellId::none.
@@ -87,31 +87,31 @@ class CellCoverage {
   // The options must pass check(), and the gain be finite and not negative.
   CellCoverage(std::size_t cells, const CoverageOptions& options, double min_reference_gain);
 
-  void require_cell(std::uint32_t cell) const;
+  void require_cell(CellId cell) const;
 
  private:
   // The measures. What they are given has been checked.
-  [[nodiscard]] virtual double do_value(std::uint32_t cell) const = 0;
-  [[nodiscard]] virtual double do_gain(std::uint32_t cell, const Contribution& part,
-                                       std::span<const std::uint8_t> victims, std::span<double> corrections) const = 0;
-  virtual void do_add_losses(std::uint32_t cell, double factor, std::span<double> losses) const = 0;
-  [[nodiscard]] virtual double do_value_by_definition(std::uint32_t cell, std::span<const std::uint32_t> gone,
+  [[nodiscard]] virtual double do_value(CellId cell) const = 0;
+  [[nodiscard]] virtual double do_gain(CellId cell, const Contribution& part, std::span<const std::uint8_t> victims,
+                                       std::span<double> corrections) const = 0;
+  virtual void do_add_losses(CellId cell, double factor, std::span<double> losses) const = 0;
+  [[nodiscard]] virtual double do_value_by_definition(CellId cell, std::span<const ViewSlot> gone,
                                                       const Contribution* newcomer) const = 0;
-  virtual double do_change_demand(std::uint32_t /*cell*/, const Contribution& /*part*/, DemandChange /*change*/,
+  virtual double do_change_demand(CellId /*cell*/, const Contribution& /*part*/, DemandChange /*change*/,
                                   std::span<double> /*losses*/) {
     return 0;
   }
-  [[nodiscard]] virtual double do_weight(std::uint32_t /*cell*/) const { return 1; }
-  [[nodiscard]] virtual bool is_member(std::uint32_t cell, std::uint32_t slot) const = 0;
-  virtual void do_insert(std::uint32_t cell, std::uint32_t slot, const Contribution& part) = 0;
-  virtual void do_erase(std::uint32_t cell, std::uint32_t slot) = 0;
-  [[nodiscard]] virtual std::vector<std::uint32_t> do_references(std::uint32_t cell) const = 0;
-  [[nodiscard]] virtual std::vector<ReferenceLoss> do_reference_losses(std::uint32_t /*cell*/) const { return {}; }
-  virtual void do_give_up(std::uint32_t /*cell*/, std::span<const std::uint32_t> /*slots*/) {}
-  [[nodiscard]] virtual ReferenceService do_reference_service(std::uint32_t /*cell*/) const { return {}; }
+  [[nodiscard]] virtual double do_weight(CellId /*cell*/) const { return 1; }
+  [[nodiscard]] virtual bool is_member(CellId cell, ViewSlot slot) const = 0;
+  virtual void do_insert(CellId cell, ViewSlot slot, const Contribution& part) = 0;
+  virtual void do_erase(CellId cell, ViewSlot slot) = 0;
+  [[nodiscard]] virtual std::vector<ViewSlot> do_references(CellId cell) const = 0;
+  [[nodiscard]] virtual std::vector<ReferenceLoss> do_reference_losses(CellId /*cell*/) const { return {}; }
+  virtual void do_give_up(CellId /*cell*/, std::span<const ViewSlot> /*slots*/) {}
+  [[nodiscard]] virtual ReferenceService do_reference_service(CellId /*cell*/) const { return {}; }
   virtual void do_follow(const Surface& surface, std::span<const CellId> previous_cell) = 0;
 
-  void require_list_by_slot(std::uint32_t cell, std::size_t size, const char* list) const;
+  void require_list_by_slot(CellId cell, std::size_t size, const char* list) const;
 
   std::vector<std::uint32_t> slots_of_;  // one per cell: 1 + the largest view slot that ever was a member
 };

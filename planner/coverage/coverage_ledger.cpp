@@ -51,8 +51,8 @@ void CoverageLedger::require_cells(std::span<const CellPart> parts) const {
     coverage_ledger_requires.is_below(entry.cell, cells_, "a part's cell", "the number of cells");
 }
 
-void CoverageLedger::require_slots(std::span<const std::uint32_t> slots) const {
-  for (const std::uint32_t slot : slots)
+void CoverageLedger::require_slots(std::span<const ViewSlot> slots) const {
+  for (const ViewSlot slot : slots)
     coverage_ledger_requires.is_below(slot, stored_.size(), "slot", "the number of slots");
 }
 
@@ -68,11 +68,11 @@ double CoverageLedger::gain(std::span<const CellPart> parts) const {
 }
 
 std::vector<double> CoverageLedger::exchange_gains(std::span<const CellPart> parts,
-                                                   std::span<const std::uint32_t> victims) const {
+                                                   std::span<const ViewSlot> victims) const {
   require_cells(parts);
   require_slots(victims);
   std::vector<std::uint8_t> asked(loss_.size(), 0);
-  for (const std::uint32_t slot : victims) asked[slot] = 1;
+  for (const ViewSlot slot : victims) asked[slot] = 1;
   std::array<double, kParts> gains{};
   std::array<std::vector<double>, kParts> corrections;
   tbb::parallel_for(std::size_t{0}, kParts, [&](std::size_t i) {
@@ -89,28 +89,28 @@ std::vector<double> CoverageLedger::exchange_gains(std::span<const CellPart> par
   }
   std::vector<double> result;
   result.reserve(victims.size());
-  for (const std::uint32_t slot : victims) result.push_back(gain + correction[slot] - loss_[slot]);
+  for (const ViewSlot slot : victims) result.push_back(gain + correction[slot] - loss_[slot]);
   return result;
 }
 
-double CoverageLedger::joint_exchange_gain(std::span<const CellPart> parts, std::span<const std::uint32_t> gone) const {
+double CoverageLedger::joint_exchange_gain(std::span<const CellPart> parts, std::span<const ViewSlot> gone) const {
   require_cells(parts);
   require_slots(gone);
   double gain = 0;
-  std::vector<std::uint32_t> cells;
+  std::vector<CellId> cells;
   for (const CellPart& entry : parts) {
     gain += coverage_->value_by_definition(entry.cell, gone, &entry.part) - coverage_->value(entry.cell);
     cells.push_back(entry.cell);
   }
   // Add what is lost in the cells that the newcomer does not see. Each counts once, however many of the views see it.
-  std::vector<std::uint32_t> others;
-  for (const std::uint32_t slot : gone) {
+  std::vector<CellId> others;
+  for (const ViewSlot slot : gone) {
     for (const CellPart& entry : parts_[slot]) others.push_back(entry.cell);
   }
   std::sort(cells.begin(), cells.end());
   std::sort(others.begin(), others.end());
   others.erase(std::unique(others.begin(), others.end()), others.end());
-  for (const std::uint32_t cell : others) {
+  for (const CellId cell : others) {
     if (std::binary_search(cells.begin(), cells.end(), cell)) continue;
     gain += coverage_->value_by_definition(cell, gone, nullptr) - coverage_->value(cell);
   }
@@ -176,7 +176,7 @@ double CoverageLedger::weight(std::span<const CellPart> parts) const {
   return sum;
 }
 
-void CoverageLedger::insert(std::uint32_t slot, std::vector<CellPart> parts) {
+void CoverageLedger::insert(ViewSlot slot, std::vector<CellPart> parts) {
   require_slots({{slot}});
   require_cells(parts);
   if (stored_[slot] != 0) throw std::logic_error("coverage: slot " + std::to_string(slot) + " holds a view already");
@@ -185,7 +185,7 @@ void CoverageLedger::insert(std::uint32_t slot, std::vector<CellPart> parts) {
   change_cells(parts_[slot], [&](const CellPart& entry) { coverage_->insert(entry.cell, slot, entry.part); });
 }
 
-void CoverageLedger::erase(std::uint32_t slot) {
+void CoverageLedger::erase(ViewSlot slot) {
   require_slots({{slot}});
   if (stored_[slot] == 0) throw std::logic_error("coverage: slot " + std::to_string(slot) + " holds no view");
   const std::vector<CellPart> parts = std::move(parts_[slot]);
@@ -199,7 +199,7 @@ void CoverageLedger::follow(const Surface& surface, std::span<const CellId> prev
   coverage_ledger_requires.has_size(previous_cell.size(), surface.cells.cells.size(), "previous_cell",
                                     "the number of cells");
   std::unordered_map<std::uint32_t, std::uint32_t> now;
-  for (std::uint32_t cell = 0; cell < previous_cell.size(); ++cell) {
+  for (CellId cell{0}; cell < previous_cell.size(); ++cell) {
     if (previous_cell[cell] != CellId::none) now.emplace(previous_cell[cell], cell);
   }
   for (const std::vector<CellPart>& parts : parts_) {
@@ -216,12 +216,11 @@ void CoverageLedger::follow(const Surface& surface, std::span<const CellId> prev
   cells_ = surface.cells.cells.size();
 }
 
-std::vector<std::uint32_t> missed_least(const CoverageLedger& ledger, std::vector<std::uint32_t> slots,
-                                        std::size_t count) {
+std::vector<ViewSlot> missed_least(const CoverageLedger& ledger, std::vector<ViewSlot> slots, std::size_t count) {
   if (count >= slots.size()) return slots;
   std::partial_sort(
       slots.begin(), slots.begin() + static_cast<std::ptrdiff_t>(count), slots.end(),
-      [&](std::uint32_t a, std::uint32_t b) { return std::pair(ledger.loss(a), a) < std::pair(ledger.loss(b), b); });
+      [&](ViewSlot a, ViewSlot b) { return std::pair(ledger.loss(a), a) < std::pair(ledger.loss(b), b); });
   slots.resize(count);
   return slots;
 }

@@ -38,35 +38,33 @@ class CoverageLedger {
   void unask(std::span<const CellPart> parts);
   // Returns the largest scov that the view's cells alone can have.
   [[nodiscard]] double weight(std::span<const CellPart> parts) const;
-  [[nodiscard]] double weight(std::uint32_t cell) const { return coverage_->weight(cell); }  // the same of one cell
+  [[nodiscard]] double weight(CellId cell) const { return coverage_->weight(cell); }  // the same of one cell
 
   // Returns by how much scov would rise with the view.
   [[nodiscard]] double gain(std::span<const CellPart> parts) const;
   // Returns the same for each slot in `victims`, if its view left first, less the loss of that view.
   [[nodiscard]] std::vector<double> exchange_gains(std::span<const CellPart> parts,
-                                                   std::span<const std::uint32_t> victims) const;
+                                                   std::span<const ViewSlot> victims) const;
   // Returns the same for several views that leave together, computed by the definition.
-  [[nodiscard]] double joint_exchange_gain(std::span<const CellPart> parts, std::span<const std::uint32_t> gone) const;
+  [[nodiscard]] double joint_exchange_gain(std::span<const CellPart> parts, std::span<const ViewSlot> gone) const;
 
   // The slot must be free (std::logic_error).
-  void insert(std::uint32_t slot, std::vector<CellPart> parts);
+  void insert(ViewSlot slot, std::vector<CellPart> parts);
   // The slot must not be free (std::logic_error).
-  void erase(std::uint32_t slot);
+  void erase(ViewSlot slot);
 
-  [[nodiscard]] double summed_coverage() const { return summed_coverage_; }    // scov, by CellCoverage::value()
-  [[nodiscard]] double loss(std::uint32_t slot) const { return loss_[slot]; }  // what scov would lose without its view
-  [[nodiscard]] double coverage(std::uint32_t cell) const { return coverage_->value(cell); }  // its part in scov
-  [[nodiscard]] std::vector<std::uint32_t> references(std::uint32_t cell) const { return coverage_->references(cell); }
+  [[nodiscard]] double summed_coverage() const { return summed_coverage_; }  // scov, by CellCoverage::value()
+  [[nodiscard]] double loss(ViewSlot slot) const { return loss_[slot]; }     // what scov would lose without its view
+  [[nodiscard]] double coverage(CellId cell) const { return coverage_->value(cell); }  // its part in scov
+  [[nodiscard]] std::vector<ViewSlot> references(CellId cell) const { return coverage_->references(cell); }
   // See CellCoverage. Different threads may ask about different cells.
-  [[nodiscard]] std::vector<ReferenceLoss> reference_losses(std::uint32_t cell) const {
+  [[nodiscard]] std::vector<ReferenceLoss> reference_losses(CellId cell) const {
     return coverage_->reference_losses(cell);
   }
-  void give_up(std::uint32_t cell, std::span<const std::uint32_t> slots) { coverage_->give_up(cell, slots); }
-  [[nodiscard]] ReferenceService reference_service(std::uint32_t cell) const {
-    return coverage_->reference_service(cell);
-  }
-  [[nodiscard]] std::span<const CellPart> parts(std::uint32_t slot) const { return parts_[slot]; }  // none: free
-  [[nodiscard]] bool stored(std::uint32_t slot) const { return stored_[slot] != 0; }
+  void give_up(CellId cell, std::span<const ViewSlot> slots) { coverage_->give_up(cell, slots); }
+  [[nodiscard]] ReferenceService reference_service(CellId cell) const { return coverage_->reference_service(cell); }
+  [[nodiscard]] std::span<const CellPart> parts(ViewSlot slot) const { return parts_[slot]; }  // none: free
+  [[nodiscard]] bool stored(ViewSlot slot) const { return stored_[slot] != 0; }
 
   // Follows a change of the geometry that numbers the cells anew, see CellCoverage::follow(); one entry for each
   // (std::invalid_argument). No stored view may see an old cell that no new one takes over (std::logic_error): the
@@ -76,7 +74,7 @@ class CoverageLedger {
  private:
   struct Changes;
   void require_cells(std::span<const CellPart> parts) const;
-  void require_slots(std::span<const std::uint32_t> slots) const;
+  void require_slots(std::span<const ViewSlot> slots) const;
   void add(const Changes& changes);
   void count_demand(std::span<const CellPart> parts, DemandChange change);
   template <typename Change>
@@ -93,7 +91,7 @@ class CoverageLedger {
 
 // Returns the `count` slots whose views scov would lose least without, least loss first. Returns all of them, in the
 // given order, if they are no more than `count`.
-[[nodiscard]] std::vector<std::uint32_t> missed_least(const CoverageLedger& ledger, std::vector<std::uint32_t> slots,
-                                                      std::size_t count);
+[[nodiscard]] std::vector<ViewSlot> missed_least(const CoverageLedger& ledger, std::vector<ViewSlot> slots,
+                                                 std::size_t count);
 
 }  // namespace lumatlas

@@ -39,7 +39,7 @@ std::vector<CellFrame> cell_frames(const Surface& surface) {
   std::vector<glm::dvec3> corners(cells.size(), glm::dvec3(0));
   std::vector<std::uint8_t> known(cells.size(), 0);
   for (std::size_t face = 0; face < surface.cells.cell_of_face.size(); ++face) {
-    const std::uint32_t cell = surface.cells.cell_of_face[face];
+    const CellId cell = surface.cells.cell_of_face[face];
     if (known[cell] != 0) continue;
     known[cell] = 1;
     corners[cell] = glm::dvec3(surface.mesh.positions[surface.mesh.faces[face].x]);
@@ -99,16 +99,15 @@ DirectionCoverage::State DirectionCoverage::empty_state() const {
 
 // cov_p at the cell's ideal distance. It is computed from the member's stored single-precision values alone, so that it
 // is the same whenever it is computed again.
-float DirectionCoverage::positional(std::uint32_t cell, const Member& member) const {
+float DirectionCoverage::positional(CellId cell, const Member& member) const {
   const double ideal_distance = cells_[cell].ideal_distance;
   if (!(ideal_distance > 0)) return 0;
   return static_cast<float>(positional_coverage(static_cast<double>(member.distance),
                                                 static_cast<double>(member.cell_share), ideal_distance, options_));
 }
 
-DirectionCoverage::Member DirectionCoverage::member(std::uint32_t cell, std::uint32_t slot,
-                                                    const Contribution& part) const {
-  Member member{ViewSlot{slot},
+DirectionCoverage::Member DirectionCoverage::member(CellId cell, ViewSlot slot, const Contribution& part) const {
+  Member member{slot,
                 glm::vec3(frames_[cell].cell_from_world * part.direction),
                 static_cast<float>(part.distance),
                 static_cast<float>(part.cell_share),
@@ -119,7 +118,7 @@ DirectionCoverage::Member DirectionCoverage::member(std::uint32_t cell, std::uin
   return member;
 }
 
-const std::vector<glm::vec3>& DirectionCoverage::novel(std::uint32_t cell) const {
+const std::vector<glm::vec3>& DirectionCoverage::novel(CellId cell) const {
   return frames_[cell].two_sided ? around_ : above_;
 }
 
@@ -130,7 +129,7 @@ float DirectionCoverage::quality(const Member& member, const glm::vec3& novel_di
   return member.positional * (kernel.lambda * k + 1 - kernel.lambda);
 }
 
-void DirectionCoverage::qualities(std::uint32_t cell, const Member& member, const Kernel& kernel,
+void DirectionCoverage::qualities(CellId cell, const Member& member, const Kernel& kernel,
                                   std::vector<float>& quality_by_direction) const {
   const std::vector<glm::vec3>& directions = novel(cell);
   quality_by_direction.resize(directions.size());
@@ -160,7 +159,7 @@ void DirectionCoverage::admit(std::span<Served> best, Served newcomer) const {
 
 // For each direction, the best K + 1 of the members for which is_wanted() holds.
 template <typename Wanted>
-std::vector<DirectionCoverage::Served> DirectionCoverage::best_of(std::uint32_t cell, const Kernel& kernel,
+std::vector<DirectionCoverage::Served> DirectionCoverage::best_of(CellId cell, const Kernel& kernel,
                                                                   const Wanted& is_wanted) const {
   std::vector<Served> best(options_.directions * kept_);
   std::vector<float> quality;
@@ -222,18 +221,18 @@ void DirectionCoverage::losses_of(std::span<const Served> best, double factor, s
   }
 }
 
-double DirectionCoverage::do_gain(std::uint32_t cell, const Contribution& part, std::span<const std::uint8_t>,
+double DirectionCoverage::do_gain(CellId cell, const Contribution& part, std::span<const std::uint8_t>,
                                   std::span<double> corrections) const {
   thread_local std::vector<float> quality;
   qualities(cell, member(cell, ViewSlot::none, part), value_kernel_, quality);
   return gain_over(cells_[cell].best, quality, cells_[cell].weight, corrections);
 }
 
-void DirectionCoverage::do_add_losses(std::uint32_t cell, double factor, std::span<double> losses) const {
+void DirectionCoverage::do_add_losses(CellId cell, double factor, std::span<double> losses) const {
   losses_of(cells_[cell].best, factor * cells_[cell].weight, losses);
 }
 
-double DirectionCoverage::do_value_by_definition(std::uint32_t cell, std::span<const std::uint32_t> gone,
+double DirectionCoverage::do_value_by_definition(CellId cell, std::span<const ViewSlot> gone,
                                                  const Contribution* newcomer) const {
   std::vector<Served> best = best_of(cell, value_kernel_, [&](const Member& member) {
     return std::find(gone.begin(), gone.end(), member.slot) == gone.end();
@@ -248,7 +247,7 @@ double DirectionCoverage::do_value_by_definition(std::uint32_t cell, std::span<c
   return cells_[cell].weight * value_of(best);
 }
 
-double DirectionCoverage::do_change_demand(std::uint32_t cell, const Contribution& part, DemandChange change,
+double DirectionCoverage::do_change_demand(CellId cell, const Contribution& part, DemandChange change,
                                            std::span<double> losses) {
   State& state = cells_[cell];
   const double value_before = value(cell), weight_before = state.weight;
@@ -267,7 +266,7 @@ double DirectionCoverage::do_change_demand(std::uint32_t cell, const Contributio
 }
 
 // Computes anew what depends on the cell's ideal distance, which has changed.
-void DirectionCoverage::follow_demand(std::uint32_t cell) {
+void DirectionCoverage::follow_demand(CellId cell) {
   State& state = cells_[cell];
   if (state.members.empty()) return;
   for (Member& member : state.members) member.positional = positional(cell, member);
@@ -275,20 +274,20 @@ void DirectionCoverage::follow_demand(std::uint32_t cell) {
   state.value = value_of(state.best);
 }
 
-void DirectionCoverage::do_insert(std::uint32_t cell, std::uint32_t slot, const Contribution& part) {
+void DirectionCoverage::do_insert(CellId cell, ViewSlot slot, const Contribution& part) {
   State& state = cells_[cell];
   state.members.push_back(member(cell, slot, part));
   state.best.resize(options_.directions * kept_);
   std::vector<float> quality;
   qualities(cell, state.members.back(), value_kernel_, quality);
   for (std::size_t s = 0; s < quality.size(); ++s) {
-    admit(std::span(state.best).subspan(s * kept_, kept_), {quality[s], ViewSlot{slot}});
+    admit(std::span(state.best).subspan(s * kept_, kept_), {quality[s], slot});
   }
   state.value = value_of(state.best);
   reference_newest(cell);
 }
 
-void DirectionCoverage::do_erase(std::uint32_t cell, std::uint32_t slot) {
+void DirectionCoverage::do_erase(CellId cell, ViewSlot slot) {
   State& state = cells_[cell];
   const auto member = std::find_if(state.members.begin(), state.members.end(),
                                    [&](const Member& candidate) { return candidate.slot == slot; });
@@ -299,12 +298,12 @@ void DirectionCoverage::do_erase(std::uint32_t cell, std::uint32_t slot) {
   if (was_referenced) refill(cell);
 }
 
-bool DirectionCoverage::is_member(std::uint32_t cell, std::uint32_t slot) const {
+bool DirectionCoverage::is_member(CellId cell, ViewSlot slot) const {
   const std::vector<Member>& members = cells_[cell].members;
   return std::any_of(members.begin(), members.end(), [&](const Member& member) { return member.slot == slot; });
 }
 
-void DirectionCoverage::forget_idle(std::uint32_t cell) {
+void DirectionCoverage::forget_idle(CellId cell) {
   require_cell(cell);
   State& state = cells_[cell];
   std::vector<std::uint32_t> serving;
@@ -315,7 +314,7 @@ void DirectionCoverage::forget_idle(std::uint32_t cell) {
 }
 
 // Finds anew the best views of the directions that the member in `slot`, which has left, was among the best of.
-void DirectionCoverage::serve_without(std::uint32_t cell, std::uint32_t slot) {
+void DirectionCoverage::serve_without(CellId cell, ViewSlot slot) {
   State& state = cells_[cell];
   if (state.members.empty()) {
     state.best.clear();
@@ -331,7 +330,7 @@ void DirectionCoverage::serve_without(std::uint32_t cell, std::uint32_t slot) {
 }
 
 // Section 3.4: a view takes a free place, or that of the reference whose leaving for it gains most.
-void DirectionCoverage::reference_newest(std::uint32_t cell) {
+void DirectionCoverage::reference_newest(CellId cell) {
   std::vector<Member>& members = cells_[cell].members;
   Member& newest = members.back();
   if (!(newest.positional > 0)) return;
@@ -361,7 +360,7 @@ void DirectionCoverage::reference_newest(std::uint32_t cell) {
 }
 
 // Gives a cell that lost a reference the best of the other stored views that see it.
-void DirectionCoverage::refill(std::uint32_t cell) {
+void DirectionCoverage::refill(CellId cell) {
   std::vector<Member>& members = cells_[cell].members;
   if (std::all_of(members.begin(), members.end(), [](const Member& m) { return m.referenced; })) return;
   const std::vector<Served> best =
@@ -383,8 +382,8 @@ void DirectionCoverage::refill(std::uint32_t cell) {
   choice->given_up = false;
 }
 
-std::vector<std::uint32_t> DirectionCoverage::do_references(std::uint32_t cell) const {
-  std::vector<std::uint32_t> slots;
+std::vector<ViewSlot> DirectionCoverage::do_references(CellId cell) const {
+  std::vector<ViewSlot> slots;
   for (const Member& member : cells_[cell].members) {
     if (member.referenced) slots.push_back(member.slot);
   }
@@ -392,7 +391,7 @@ std::vector<std::uint32_t> DirectionCoverage::do_references(std::uint32_t cell) 
 }
 
 // p(f, c) of a member for the direction of each member.
-std::vector<float> DirectionCoverage::camera_qualities(std::uint32_t cell, const Member& member) const {
+std::vector<float> DirectionCoverage::camera_qualities(CellId cell, const Member& member) const {
   const float lambda = static_cast<float>(options_.lambda);
   const float width = static_cast<float>(glm::radians(options_.direction_width));
   std::vector<float> quality;
@@ -417,7 +416,7 @@ std::vector<DirectionCoverage::Served> DirectionCoverage::best_for_cameras(
   return best;
 }
 
-double DirectionCoverage::service(std::uint32_t cell, std::span<const Member* const> references) const {
+double DirectionCoverage::service(CellId cell, std::span<const Member* const> references) const {
   if (references.empty()) return 0;
   std::vector<std::vector<float>> qualities;
   for (const Member* reference : references) qualities.push_back(camera_qualities(cell, *reference));
@@ -425,9 +424,9 @@ double DirectionCoverage::service(std::uint32_t cell, std::span<const Member* co
   return cells_[cell].weight * value_of(best_for_cameras(qualities)) * directions / cameras;
 }
 
-std::vector<ReferenceLoss> DirectionCoverage::do_reference_losses(std::uint32_t cell) const {
+std::vector<ReferenceLoss> DirectionCoverage::do_reference_losses(CellId cell) const {
   const State& state = cells_[cell];
-  std::vector<std::uint32_t> left = references(cell);
+  std::vector<ViewSlot> left = references(cell);
   std::vector<std::vector<float>> qualities;
   for (const Member& member : state.members) {
     if (member.referenced) qualities.push_back(camera_qualities(cell, member));
@@ -445,7 +444,7 @@ std::vector<ReferenceLoss> DirectionCoverage::do_reference_losses(std::uint32_t 
   return order;
 }
 
-void DirectionCoverage::do_give_up(std::uint32_t cell, std::span<const std::uint32_t> slots) {
+void DirectionCoverage::do_give_up(CellId cell, std::span<const ViewSlot> slots) {
   for (Member& member : cells_[cell].members) {
     if (!member.referenced || std::find(slots.begin(), slots.end(), member.slot) == slots.end()) continue;
     member.referenced = false;
@@ -453,7 +452,7 @@ void DirectionCoverage::do_give_up(std::uint32_t cell, std::span<const std::uint
   }
 }
 
-ReferenceService DirectionCoverage::do_reference_service(std::uint32_t cell) const {
+ReferenceService DirectionCoverage::do_reference_service(CellId cell) const {
   ReferenceService result;
   std::vector<const Member*> kept, all;
   for (const Member& member : cells_[cell].members) {

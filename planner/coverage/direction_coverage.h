@@ -59,30 +59,30 @@ class DirectionCoverage final : public CellCoverage {
 
   // Forgets the members that are among the best K + 1 of no direction, which changes no value: at most
   // (K + 1) * CoverageOptions::directions are left. What they would be worth at another ideal distance is lost.
-  void forget_idle(std::uint32_t cell);
-  [[nodiscard]] std::size_t member_count(std::uint32_t cell) const {
+  void forget_idle(CellId cell);
+  [[nodiscard]] std::size_t member_count(CellId cell) const {
     require_cell(cell);
     return cells_[cell].members.size();
   }
 
  private:
-  [[nodiscard]] double do_value(std::uint32_t cell) const override { return cells_[cell].weight * cells_[cell].value; }
-  [[nodiscard]] double do_gain(std::uint32_t cell, const Contribution& part, std::span<const std::uint8_t> victims,
+  [[nodiscard]] double do_value(CellId cell) const override { return cells_[cell].weight * cells_[cell].value; }
+  [[nodiscard]] double do_gain(CellId cell, const Contribution& part, std::span<const std::uint8_t> victims,
                                std::span<double> corrections) const override;
-  void do_add_losses(std::uint32_t cell, double factor, std::span<double> losses) const override;
-  [[nodiscard]] double do_value_by_definition(std::uint32_t cell, std::span<const std::uint32_t> gone,
+  void do_add_losses(CellId cell, double factor, std::span<double> losses) const override;
+  [[nodiscard]] double do_value_by_definition(CellId cell, std::span<const ViewSlot> gone,
                                               const Contribution* newcomer) const override;
-  double do_change_demand(std::uint32_t cell, const Contribution& part, DemandChange change,
+  double do_change_demand(CellId cell, const Contribution& part, DemandChange change,
                           std::span<double> losses) override;
-  [[nodiscard]] double do_weight(std::uint32_t cell) const override { return cells_[cell].weight; }
-  void do_insert(std::uint32_t cell, std::uint32_t slot, const Contribution& part) override;
-  void do_erase(std::uint32_t cell, std::uint32_t slot) override;
-  [[nodiscard]] std::vector<std::uint32_t> do_references(std::uint32_t cell) const override;
-  [[nodiscard]] std::vector<ReferenceLoss> do_reference_losses(std::uint32_t cell) const override;
-  void do_give_up(std::uint32_t cell, std::span<const std::uint32_t> slots) override;
-  [[nodiscard]] ReferenceService do_reference_service(std::uint32_t cell) const override;
+  [[nodiscard]] double do_weight(CellId cell) const override { return cells_[cell].weight; }
+  void do_insert(CellId cell, ViewSlot slot, const Contribution& part) override;
+  void do_erase(CellId cell, ViewSlot slot) override;
+  [[nodiscard]] std::vector<ViewSlot> do_references(CellId cell) const override;
+  [[nodiscard]] std::vector<ReferenceLoss> do_reference_losses(CellId cell) const override;
+  void do_give_up(CellId cell, std::span<const ViewSlot> slots) override;
+  [[nodiscard]] ReferenceService do_reference_service(CellId cell) const override;
   void do_follow(const Surface& surface, std::span<const CellId> previous_cell) override;
-  [[nodiscard]] bool is_member(std::uint32_t cell, std::uint32_t slot) const override;
+  [[nodiscard]] bool is_member(CellId cell, ViewSlot slot) const override;
 
   struct Member {
     ViewSlot slot;
@@ -106,10 +106,10 @@ class DirectionCoverage final : public CellCoverage {
     double ideal_distance = 0;
   };
   [[nodiscard]] State empty_state() const;
-  [[nodiscard]] float positional(std::uint32_t cell, const Member& member) const;
-  void follow_demand(std::uint32_t cell);
-  [[nodiscard]] Member member(std::uint32_t cell, std::uint32_t slot, const Contribution& part) const;
-  [[nodiscard]] const std::vector<glm::vec3>& novel(std::uint32_t cell) const;
+  [[nodiscard]] float positional(CellId cell, const Member& member) const;
+  void follow_demand(CellId cell);
+  [[nodiscard]] Member member(CellId cell, ViewSlot slot, const Contribution& part) const;
+  [[nodiscard]] const std::vector<glm::vec3>& novel(CellId cell) const;
   // lambda and direction_width, of the value or of the choice of references.
   struct Kernel {
     Kernel(double lambda_share, double width);
@@ -117,22 +117,22 @@ class DirectionCoverage final : public CellCoverage {
     float cosine_scale;  // 1 / (1 - cos width)
   };
   [[nodiscard]] float quality(const Member& member, const glm::vec3& novel_direction, const Kernel& kernel) const;
-  void qualities(std::uint32_t cell, const Member& member, const Kernel& kernel, std::vector<float>& quality) const;
+  void qualities(CellId cell, const Member& member, const Kernel& kernel, std::vector<float>& quality) const;
   // Both work on one novel direction, whose K + 1, or K, best views are `best`.
   [[nodiscard]] double rise(std::span<const Served> best, float quality) const;
   void admit(std::span<Served> best, Served newcomer) const;
   template <typename Wanted>
-  [[nodiscard]] std::vector<Served> best_of(std::uint32_t cell, const Kernel& kernel, const Wanted& is_wanted) const;
+  [[nodiscard]] std::vector<Served> best_of(CellId cell, const Kernel& kernel, const Wanted& is_wanted) const;
   [[nodiscard]] double value_of(std::span<const Served> best) const;
   [[nodiscard]] double gain_over(std::span<const Served> best, std::span<const float> quality, double factor,
                                  std::span<double> corrections) const;
   void losses_of(std::span<const Served> best, double factor, std::span<double> losses) const;
-  void serve_without(std::uint32_t cell, std::uint32_t slot);
-  void reference_newest(std::uint32_t cell);
-  void refill(std::uint32_t cell);
-  [[nodiscard]] std::vector<float> camera_qualities(std::uint32_t cell, const Member& member) const;
+  void serve_without(CellId cell, ViewSlot slot);
+  void reference_newest(CellId cell);
+  void refill(CellId cell);
+  [[nodiscard]] std::vector<float> camera_qualities(CellId cell, const Member& member) const;
   [[nodiscard]] std::vector<Served> best_for_cameras(std::span<const std::vector<float>> qualities) const;
-  [[nodiscard]] double service(std::uint32_t cell, std::span<const Member* const> references) const;
+  [[nodiscard]] double service(CellId cell, std::span<const Member* const> references) const;
 
   CoverageOptions options_;
   double min_reference_gain_;

@@ -55,7 +55,7 @@ void OfferedCoverage::change_demand(std::span<const CellPart> parts, DemandChang
 void OfferedCoverage::add(std::span<const CellPart> parts) {
   require_cells(parts);
   for_each_part(parts, [&](const CellPart& entry) {
-    all_.insert(entry.cell, views_, entry.part);
+    all_.insert(entry.cell, ViewSlot(views_), entry.part);
     all_.forget_idle(entry.cell);
   });
   ++views_;
@@ -63,7 +63,7 @@ void OfferedCoverage::add(std::span<const CellPart> parts) {
 
 // Adds `sign` times what all offered views are worth to a cell, which grows by `rise`, and what the store misses of it.
 // The former is at least what the store is worth, since views that the store still holds may be forgotten here.
-void OfferedCoverage::count(const CoverageLedger& store, std::uint32_t cell, double rise, double sign, Sum& sum) const {
+void OfferedCoverage::count(const CoverageLedger& store, CellId cell, double rise, double sign, Sum& sum) const {
   const double kept = store.coverage(cell);
   const double all = std::max(kept, all_.value(cell) + rise);
   sum.all += sign * all;
@@ -77,7 +77,7 @@ double OfferedCoverage::Sum::share() const {
 OfferedCoverage::Sum OfferedCoverage::sum_over_cells(const CoverageLedger& store) const {
   offered_coverage_requires.has_size(store.cells(), cells_, "store", "the number of cells");
   Sum sum;
-  for (std::uint32_t cell = 0; cell < cells_; ++cell) count(store, cell, 0, 1, sum);
+  for (CellId cell{0}; cell < cells_; ++cell) count(store, cell, 0, 1, sum);
   return sum;
 }
 
@@ -91,7 +91,7 @@ double OfferedCoverage::gap(const CoverageLedger& store, std::span<const CellPar
   return sum.share();
 }
 
-double OfferedCoverage::gap_without(const CoverageLedger& store, std::uint32_t slot) const {
+double OfferedCoverage::gap_without(const CoverageLedger& store, ViewSlot slot) const {
   offered_coverage_requires.is_below(slot, store.slots(), "slot", "the number of slots");
   Sum sum = sum_over_cells(store);
   sum.missing += store.loss(slot);

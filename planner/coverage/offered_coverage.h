@@ -35,13 +35,13 @@ class OfferedCoverage {
   [[nodiscard]] double gap(const CoverageLedger& store, std::span<const CellPart> newcomer = {}) const;
 
   // The same, were the view in that view slot of the store taken away.
-  [[nodiscard]] double gap_without(const CoverageLedger& store, std::uint32_t slot) const;
+  [[nodiscard]] double gap_without(const CoverageLedger& store, ViewSlot slot) const;
 
   // Like CoverageLedger::follow(). A cell that is new starts without the views that were offered before.
   void follow(const Surface& surface, std::span<const CellId> previous_cell);
 
   // Views that are held of a cell, as numbers.
-  [[nodiscard]] std::size_t held(std::uint32_t cell) const { return all_.member_count(cell); }
+  [[nodiscard]] std::size_t held(CellId cell) const { return all_.member_count(cell); }
 
  private:
   void require_cells(std::span<const CellPart> parts) const;
@@ -50,7 +50,7 @@ class OfferedCoverage {
     double all = 0, missing = 0;
     [[nodiscard]] double share() const;
   };
-  void count(const CoverageLedger& store, std::uint32_t cell, double rise, double sign, Sum& sum) const;
+  void count(const CoverageLedger& store, CellId cell, double rise, double sign, Sum& sum) const;
   [[nodiscard]] Sum sum_over_cells(const CoverageLedger& store) const;
 
   DirectionCoverage all_;

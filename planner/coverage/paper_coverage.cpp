@@ -61,26 +61,26 @@ PaperCoverage::Admission PaperCoverage::admit(std::vector<SetMember> members, co
   return result;
 }
 
-double PaperCoverage::do_gain(std::uint32_t cell, const Contribution& part, std::span<const std::uint8_t> victims,
+double PaperCoverage::do_gain(CellId cell, const Contribution& part, std::span<const std::uint8_t> victims,
                               std::span<double> corrections) const {
   const State& state = cells_[cell];
   const double gain = admit(state.members, part).gain;
   if (victims.empty()) return gain;
   for (std::size_t i = 0; i < state.members.size(); ++i) {
-    const std::uint32_t slot = state.slots[i];
+    const ViewSlot slot = state.slots[i];
     if (victims[slot] != 0) corrections[slot] += admit(without(state.members, i), part).gain - gain;
   }
   return gain;
 }
 
-void PaperCoverage::do_add_losses(std::uint32_t cell, double factor, std::span<double> losses) const {
+void PaperCoverage::do_add_losses(CellId cell, double factor, std::span<double> losses) const {
   const State& state = cells_[cell];
   for (std::size_t i = 0; i < state.members.size(); ++i) {
     losses[state.slots[i]] += factor * (state.value - set_coverage(without(state.members, i), false, options_));
   }
 }
 
-double PaperCoverage::do_value_by_definition(std::uint32_t cell, std::span<const std::uint32_t> gone,
+double PaperCoverage::do_value_by_definition(CellId cell, std::span<const ViewSlot> gone,
                                              const Contribution* newcomer) const {
   const State& state = cells_[cell];
   std::vector<SetMember> members;
@@ -91,7 +91,7 @@ double PaperCoverage::do_value_by_definition(std::uint32_t cell, std::span<const
   return newcomer ? value + admit(std::move(members), *newcomer).gain : value;
 }
 
-void PaperCoverage::do_insert(std::uint32_t cell, std::uint32_t slot, const Contribution& part) {
+void PaperCoverage::do_insert(CellId cell, ViewSlot slot, const Contribution& part) {
   State& state = cells_[cell];
   const Admission admission = admit(state.members, part);
   if (admission.victim) state.members[*admission.victim].referenced = false;
@@ -100,7 +100,7 @@ void PaperCoverage::do_insert(std::uint32_t cell, std::uint32_t slot, const Cont
   state.value = set_coverage(state.members, false, options_);
 }
 
-void PaperCoverage::do_erase(std::uint32_t cell, std::uint32_t slot) {
+void PaperCoverage::do_erase(CellId cell, ViewSlot slot) {
   State& state = cells_[cell];
   const auto at = std::find(state.slots.begin(), state.slots.end(), slot) - state.slots.begin();
   const bool was_referenced = state.members[static_cast<std::size_t>(at)].referenced;
@@ -110,8 +110,8 @@ void PaperCoverage::do_erase(std::uint32_t cell, std::uint32_t slot) {
   state.value = set_coverage(state.members, false, options_);
 }
 
-bool PaperCoverage::is_member(std::uint32_t cell, std::uint32_t slot) const {
-  const std::vector<std::uint32_t>& slots = cells_[cell].slots;
+bool PaperCoverage::is_member(CellId cell, ViewSlot slot) const {
+  const std::vector<ViewSlot>& slots = cells_[cell].slots;
   return std::find(slots.begin(), slots.end(), slot) != slots.end();
 }
 
@@ -132,9 +132,9 @@ void PaperCoverage::refill(State& state) const {
   if (choice) choice->referenced = true;
 }
 
-std::vector<std::uint32_t> PaperCoverage::do_references(std::uint32_t cell) const {
+std::vector<ViewSlot> PaperCoverage::do_references(CellId cell) const {
   const State& state = cells_[cell];
-  std::vector<std::uint32_t> slots;
+  std::vector<ViewSlot> slots;
   for (std::size_t i = 0; i < state.members.size(); ++i) {
     if (state.members[i].referenced) slots.push_back(state.slots[i]);
   }

@@ -16,20 +16,20 @@ class PaperCoverage final : public CellCoverage {
   PaperCoverage(std::size_t cells, const CoverageOptions& options, double min_reference_gain);
 
  private:
-  [[nodiscard]] double do_value(std::uint32_t cell) const override { return cells_[cell].value; }
-  [[nodiscard]] double do_gain(std::uint32_t cell, const Contribution& part, std::span<const std::uint8_t> victims,
+  [[nodiscard]] double do_value(CellId cell) const override { return cells_[cell].value; }
+  [[nodiscard]] double do_gain(CellId cell, const Contribution& part, std::span<const std::uint8_t> victims,
                                std::span<double> corrections) const override;
-  void do_add_losses(std::uint32_t cell, double factor, std::span<double> losses) const override;
-  [[nodiscard]] double do_value_by_definition(std::uint32_t cell, std::span<const std::uint32_t> gone,
+  void do_add_losses(CellId cell, double factor, std::span<double> losses) const override;
+  [[nodiscard]] double do_value_by_definition(CellId cell, std::span<const ViewSlot> gone,
                                               const Contribution* newcomer) const override;
-  void do_insert(std::uint32_t cell, std::uint32_t slot, const Contribution& part) override;
-  void do_erase(std::uint32_t cell, std::uint32_t slot) override;
-  [[nodiscard]] std::vector<std::uint32_t> do_references(std::uint32_t cell) const override;
+  void do_insert(CellId cell, ViewSlot slot, const Contribution& part) override;
+  void do_erase(CellId cell, ViewSlot slot) override;
+  [[nodiscard]] std::vector<ViewSlot> do_references(CellId cell) const override;
   void do_follow(const Surface& surface, std::span<const CellId> previous_cell) override;
-  [[nodiscard]] bool is_member(std::uint32_t cell, std::uint32_t slot) const override;
+  [[nodiscard]] bool is_member(CellId cell, ViewSlot slot) const override;
 
   struct State {
-    std::vector<std::uint32_t> slots;  // the members' view slots
+    std::vector<ViewSlot> slots;  // the members' view slots
     std::vector<SetMember> members;
     double value = 0;
   };

@@ -9,11 +9,11 @@
 
 namespace lumatlas {
 
-std::vector<SeenFaces> seen_faces(std::span<const FaceId> face, std::span<const std::uint32_t> cell_of_face) {
+std::vector<SeenFaces> seen_faces(std::span<const FaceId> face, std::span<const CellId> cell_of_face) {
   std::vector<SeenFaces> runs;
   std::optional<std::uint32_t> cell;
   for (const FaceId seen : face) {
-    const std::uint32_t next = seen < cell_of_face.size() ? cell_of_face[seen] : CellId::none;
+    const CellId next = seen < cell_of_face.size() ? cell_of_face[seen] : CellId::none;
     if (next != cell) runs.push_back({seen, 0});
     cell = next;
     ++runs.back().pixels;

@@ -18,8 +18,7 @@ struct SeenFaces {
 };
 
 // Returns the runs of a view. `face`: the face of each pixel, as in VisibilityBuffer.
-[[nodiscard]] std::vector<SeenFaces> seen_faces(std::span<const FaceId> face,
-                                                std::span<const std::uint32_t> cell_of_face);
+[[nodiscard]] std::vector<SeenFaces> seen_faces(std::span<const FaceId> face, std::span<const CellId> cell_of_face);
 
 // Returns for each pixel a face of the cell that it shows.
 [[nodiscard]] std::vector<FaceId> faces_of(std::span<const SeenFaces> runs);

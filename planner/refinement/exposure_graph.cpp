@@ -30,7 +30,7 @@ struct Edge {
 // The slots that have ratios, in rising order, and the ratios between them. No other slot is part of a system, so that
 // the solution is the same to the bit however many slots the store has.
 struct Graph {
-  std::vector<std::uint32_t> slots;
+  std::vector<ViewSlot> slots;
   std::vector<Edge> edges;
 };
 
@@ -71,7 +71,7 @@ std::uint64_t improve(const NormalEquations& equations, Eigen::VectorXd& logs) {
 void number_slots(Graph& graph, std::size_t slots) {
   std::vector<std::uint32_t> place(slots, 0);
   for (const Edge& edge : graph.edges) place[edge.from] = place[edge.to] = 1;
-  for (std::uint32_t slot = 0; slot < slots; ++slot) {
+  for (ViewSlot slot{0}; slot < slots; ++slot) {
     if (place[slot] == 0) continue;
     place[slot] = static_cast<std::uint32_t>(graph.slots.size());
     graph.slots.push_back(slot);
@@ -82,15 +82,14 @@ void number_slots(Graph& graph, std::size_t slots) {
   }
 }
 
-Eigen::VectorXd gathered(const std::vector<double>& by_slot, const std::vector<std::uint32_t>& slots) {
+Eigen::VectorXd gathered(const std::vector<double>& by_slot, const std::vector<ViewSlot>& slots) {
   Eigen::VectorXd values(static_cast<Eigen::Index>(slots.size()));
   for (std::size_t i = 0; i < slots.size(); ++i) values[static_cast<Eigen::Index>(i)] = by_slot[slots[i]];
   return values;
 }
 
 // 0 for the slots that are not among `slots`.
-std::vector<double> scattered(const Eigen::VectorXd& values, const std::vector<std::uint32_t>& slots,
-                              std::size_t count) {
+std::vector<double> scattered(const Eigen::VectorXd& values, const std::vector<ViewSlot>& slots, std::size_t count) {
   std::vector<double> by_slot(count, 0.0);
   for (std::size_t i = 0; i < slots.size(); ++i) by_slot[slots[i]] = values[static_cast<Eigen::Index>(i)];
   return by_slot;
@@ -100,7 +99,7 @@ std::vector<double> scattered(const Eigen::VectorXd& values, const std::vector<s
 
 ExposureGraph::ExposureGraph(std::uint32_t slots) : ratios_(slots) {}
 
-void ExposureGraph::set(std::uint32_t slot, std::span<const ExposureRatio> ratios) {
+void ExposureGraph::set(ViewSlot slot, std::span<const ExposureRatio> ratios) {
   exposure_graph_requires.is_below(slot, ratios_.size(), "slot", "the number of slots");
   for (const ExposureRatio& ratio : ratios) {
     exposure_graph_requires.is_below(ratio.slot, ratios_.size(), "a ratio's slot", "the number of slots");
@@ -113,7 +112,7 @@ void ExposureGraph::set(std::uint32_t slot, std::span<const ExposureRatio> ratio
   ratios_[slot].assign(ratios.begin(), ratios.end());
 }
 
-void ExposureGraph::erase(std::uint32_t slot) {
+void ExposureGraph::erase(ViewSlot slot) {
   exposure_graph_requires.is_below(slot, ratios_.size(), "slot", "the number of slots");
   ratios_[slot].clear();
   for (std::vector<ExposureRatio>& ratios : ratios_) {
@@ -123,7 +122,7 @@ void ExposureGraph::erase(std::uint32_t slot) {
 
 const std::vector<double>& ExposureGraph::log_gains(bool white_balance, int channel) {
   Graph graph;
-  for (std::uint32_t slot = 0; slot < ratios_.size(); ++slot) {
+  for (ViewSlot slot{0}; slot < ratios_.size(); ++slot) {
     for (const ExposureRatio& ratio : ratios_[slot]) {
       graph.edges.push_back({slot, ratio.slot, (white_balance ? ratio.log_ratio : ratio.log_luminance)[channel],
                              std::sqrt(static_cast<double>(ratio.points))});

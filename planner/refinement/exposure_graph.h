@@ -33,9 +33,9 @@ class ExposureGraph {
   explicit ExposureGraph(std::uint32_t slots);
 
   // Replaces the ratios of a view to others. Each must be finite (std::invalid_argument); otherwise nothing is changed.
-  void set(std::uint32_t slot, std::span<const ExposureRatio> ratios);
+  void set(ViewSlot slot, std::span<const ExposureRatio> ratios);
   // Forgets every ratio that the view slot is part of.
-  void erase(std::uint32_t slot);
+  void erase(ViewSlot slot);
 
   // Gains by view slot, positive; 1 for a slot without ratios. `white_balance`: each channel for itself, else all
   // alike. Their logarithms are those of the exact solution of the last linear system to 1e-6, and mostly to far less.

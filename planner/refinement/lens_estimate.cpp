@@ -31,7 +31,7 @@ class Estimator {
       : least_improvement_(options.least_improvement),
         most_operations_(options.most_operations),
         solver_(input, {options.alignment, options.most_points, options.interruption_point}) {
-    for (const std::vector<std::uint32_t>& slots : solver_.slots_of_lenses()) lenses_.emplace_back().slots = slots;
+    for (const std::vector<ViewSlot>& slots : solver_.slots_of_lenses()) lenses_.emplace_back().slots = slots;
     most_improvement_.assign(lenses_.size(), 0);
   }
 

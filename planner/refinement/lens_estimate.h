@@ -37,7 +37,7 @@ struct LensResidual {
 };
 
 struct LensEstimate {
-  std::vector<std::uint32_t> slots;  // the views that share it, ascending
+  std::vector<ViewSlot> slots;  // the views that share it, ascending
   LensCorrection correction;
   // Standard deviations of the correction's fields, 0 for those that are not estimated. The larger of two: from the
   // residuals' variance, taking the three channels of a point for one measurement; and from how the views' gradients

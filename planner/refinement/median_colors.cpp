@@ -99,7 +99,7 @@ glm::vec3 channel_medians(const std::vector<glm::dvec3>& colors) {
 }
 
 struct SeenBy {
-  std::uint32_t slot;
+  ViewSlot slot;
   Sighting seen;
 };
 
@@ -107,7 +107,7 @@ struct SeenBy {
 struct PointColors {
   std::vector<glm::vec3> medians;  // one per level that is needed; empty: no view shows it
   struct Ratio {
-    std::uint32_t slot;
+    ViewSlot slot;
     glm::dvec3 log_ratio;
     double log_luminance;
   };
@@ -117,7 +117,7 @@ struct PointColors {
 class ViewComparison {
  public:
   ViewComparison(const Camera& camera, const Pyramid& photograph, const Atlas& atlas,
-                 std::span<const std::optional<ComparedView>> views, std::optional<std::uint32_t> except,
+                 std::span<const std::optional<ComparedView>> views, std::optional<ViewSlot> except,
                  const AlignmentOptions& alignment)
       : camera_(camera), photograph_(photograph), atlas_(atlas), views_(views), except_(except) {
     for (std::uint32_t level = 0; level < photograph.levels(); ++level) {
@@ -157,8 +157,8 @@ class ViewComparison {
 
   [[nodiscard]] std::vector<SeenBy> observations(const SurfaceSample& sample) const {
     std::vector<SeenBy> seen;
-    const std::uint32_t cell = atlas_.surface()->cells.cell_of_face[sample.face];
-    for (const std::uint32_t slot : atlas_.references(cell)) {
+    const CellId cell = atlas_.surface()->cells.cell_of_face[sample.face];
+    for (const ViewSlot slot : atlas_.references(cell)) {
       if (slot == except_ || !views_[slot]) continue;
       const std::optional<Sighting> at = sighting(*views_[slot], sample.position);
       if (!at) continue;
@@ -172,7 +172,7 @@ class ViewComparison {
     return seen;
   }
 
-  static void add_ratio(PointColors& result, std::uint32_t slot, const glm::dvec3& other, const glm::dvec3& own) {
+  static void add_ratio(PointColors& result, ViewSlot slot, const glm::dvec3& other, const glm::dvec3& own) {
     const glm::dvec3 a = glm::max(other, glm::dvec3(1e-4));
     const glm::dvec3 b = glm::max(own, glm::dvec3(1e-4));
     result.ratios.push_back({slot, glm::log(a / b), std::log((a.r + a.g + a.b) / (b.r + b.g + b.b))});
@@ -182,7 +182,7 @@ class ViewComparison {
   const Pyramid& photograph_;
   const Atlas& atlas_;
   std::span<const std::optional<ComparedView>> views_;
-  std::optional<std::uint32_t> except_;
+  std::optional<ViewSlot> except_;
   std::vector<bool> needed_;  // one per level
 };
 
@@ -197,7 +197,7 @@ std::vector<ExposureRatio> median_ratios(const std::vector<PointColors>& points,
     }
   }
   std::vector<ExposureRatio> ratios;
-  for (std::uint32_t slot = 0; slot < slots; ++slot) {
+  for (ViewSlot slot{0}; slot < slots; ++slot) {
     auto& values = logs[slot];
     if (values[0].size() < kFewestRatioPoints) continue;
     const auto count = static_cast<std::uint32_t>(values[0].size());
@@ -223,7 +223,7 @@ std::optional<glm::dvec3> color_in_view(const ComparedView& other, const glm::dv
 
 MedianColors median_colors(const Camera& camera, const Pyramid& photograph, std::span<const SurfaceSample> samples,
                            const Atlas& atlas, std::span<const std::optional<ComparedView>> views,
-                           std::optional<std::uint32_t> except, const AlignmentOptions& alignment) {
+                           std::optional<ViewSlot> except, const AlignmentOptions& alignment) {
   median_colors_requires.has_size(views.size(), atlas.capacity(), "views", "the atlas's capacity");
   median_colors_requires(photograph.level(0).width == camera.width, "camera.width", camera.width, "the photograph's");
   median_colors_requires(photograph.level(0).height == camera.height, "camera.height", camera.height,

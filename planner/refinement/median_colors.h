@@ -35,7 +35,7 @@ struct ComparedView {
 
 // How much more light view `slot` recorded than the photograph at the same points: medians over them.
 struct ExposureRatio {
-  std::uint32_t slot;
+  ViewSlot slot;
   glm::dvec3 log_ratio;      // ln of the view's linear light over the photograph's, per channel
   glm::dvec3 log_luminance;  // the same of their sums over channels, three times
   std::uint32_t points;
@@ -54,6 +54,6 @@ struct MedianColors {
 [[nodiscard]] MedianColors median_colors(const Camera& camera, const Pyramid& photograph,
                                          std::span<const SurfaceSample> samples, const Atlas& atlas,
                                          std::span<const std::optional<ComparedView>> views,
-                                         std::optional<std::uint32_t> except, const AlignmentOptions& alignment = {});
+                                         std::optional<ViewSlot> except, const AlignmentOptions& alignment = {});
 
 }  // namespace lumatlas

@@ -163,7 +163,7 @@ bool Refiner::says_enough(const Refinement& brief) const {
 }
 
 Refinement Refiner::look_at(const Camera& camera, const Pyramid& photograph, std::span<const SurfaceSample> samples,
-                            std::optional<std::uint32_t> slot) const {
+                            std::optional<ViewSlot> slot) const {
   Refinement brief = compare(camera, camera, photograph, some_of(samples), slot);
   brief.brief = true;
   return says_enough(brief) ? brief : compare(camera, camera, photograph, samples, slot);
@@ -178,7 +178,7 @@ std::vector<SurfaceSample> Refiner::samples_of(const Camera& camera, const Pyram
   return choose_surface_samples(camera, photograph, near_sight(sampling_camera(camera)), options_.samples);
 }
 
-std::vector<SurfaceSample> Refiner::samples_of(std::uint32_t slot) const {
+std::vector<SurfaceSample> Refiner::samples_of(ViewSlot slot) const {
   const ComparedView& view = *views_[slot];
   return choose_surface_samples(view.camera, view.pyramid, sight_of(slot, sampling_camera(view.camera)),
                                 options_.samples);
@@ -186,7 +186,7 @@ std::vector<SurfaceSample> Refiner::samples_of(std::uint32_t slot) const {
 
 // Returns what the stored view's camera sees at another size: from the view's depth if the faces that it shows are
 // known, else by rays.
-VisibilityBuffer Refiner::sight_of(std::uint32_t slot, const Camera& camera) const {
+VisibilityBuffer Refiner::sight_of(ViewSlot slot, const Camera& camera) const {
   const StoredView& view = *views_[slot]->view;
   if (seen_[slot].empty()) return near_sight(camera);
   VisibilityBuffer visible = seen_nearby(view, FaceLookup(seen_[slot], view.camera.width, view.camera.height), camera);
@@ -203,7 +203,7 @@ VisibilityBuffer Refiner::near_sight(const Camera& camera) const {
 }
 
 Refinement Refiner::compare(const Camera& given, const Camera& start, const Pyramid& photograph,
-                            std::span<const SurfaceSample> samples, std::optional<std::uint32_t> slot) const {
+                            std::span<const SurfaceSample> samples, std::optional<ViewSlot> slot) const {
   may_interrupt(options_.interruption_point);
   AlignmentOptions alignment = options_.alignment;
   if (slot) {
@@ -222,8 +222,7 @@ Refinement Refiner::compare(const Camera& given, const Camera& start, const Pyra
   return result;
 }
 
-void Refiner::stored(std::uint32_t slot, const Camera& given, const Refinement& refinement,
-                     std::span<const FaceId> face) {
+void Refiner::stored(ViewSlot slot, const Camera& given, const Refinement& refinement, std::span<const FaceId> face) {
   refiner_requires.is_below(slot, views_.size(), "slot", "the atlas's capacity");
   check(given);
   std::shared_ptr<const StoredView> view = atlas_.view(slot);
@@ -270,7 +269,7 @@ void Refiner::see_with(const Visibility& visibility) {
   for (std::vector<SeenFaces>& runs : seen_) runs.clear();
 }
 
-void Refiner::erased(std::uint32_t slot) {
+void Refiner::erased(ViewSlot slot) {
   refiner_requires.is_below(slot, views_.size(), "slot", "the atlas's capacity");
   views_[slot].reset();
   samples_[slot].reset();
@@ -282,14 +281,14 @@ void Refiner::erased(std::uint32_t slot) {
 void Refiner::balance_exposures() {
   if (!options_.alignment.exposure) return;
   const std::vector<glm::dvec3> gains = exposures_.solve(options_.alignment.white_balance);
-  for (std::uint32_t slot = 0; slot < views_.size(); ++slot) {
+  for (ViewSlot slot{0}; slot < views_.size(); ++slot) {
     if (!views_[slot]) continue;
     views_[slot]->gain = gains[slot];
     atlas_.set_gain(slot, gains[slot]);
   }
 }
 
-void Refiner::replace(std::uint32_t slot, const Camera& camera, std::shared_ptr<const StoredPhotograph> photograph,
+void Refiner::replace(ViewSlot slot, const Camera& camera, std::shared_ptr<const StoredPhotograph> photograph,
                       std::vector<std::uint8_t> trust) {
   const StoredView& old = *views_[slot]->view;
   const bool sees_the_same = !seen_[slot].empty() && same_pose(camera, old.camera);
@@ -303,23 +302,23 @@ void Refiner::replace(std::uint32_t slot, const Camera& camera, std::shared_ptr<
 }
 
 // Keeps the camera as it is believed to be now.
-void Refiner::replace(std::uint32_t slot, std::vector<std::uint8_t> trust) {
+void Refiner::replace(ViewSlot slot, std::vector<std::uint8_t> trust) {
   replace(slot, views_[slot]->camera, views_[slot]->view->photograph, std::move(trust));
 }
 
 // See kDepthStandsPx.
-bool Refiner::depth_stands(std::uint32_t slot) const {
+bool Refiner::depth_stands(ViewSlot slot) const {
   const StoredView& view = *views_[slot]->view;
   const auto depth = static_cast<double>(lumatlas::median_depth(view, depth_before_far(*atlas_.surface())));
   return shift_px(view.camera, views_[slot]->camera, depth) < kDepthStandsPx;
 }
 
-void Refiner::move(std::uint32_t slot, const Camera& camera) {
+void Refiner::move(ViewSlot slot, const Camera& camera) {
   views_[slot]->camera = camera;
   if (!depth_stands(slot)) replace(slot, views_[slot]->view->mask->trust.all());
 }
 
-void Refiner::replaced(std::uint32_t slot) {
+void Refiner::replaced(ViewSlot slot) {
   refiner_requires.is_below(slot, views_.size(), "slot", "the atlas's capacity");
   if (!views_[slot]) return;
   const StoredPhotograph &before = *views_[slot]->view->photograph, &now = *atlas_.view(slot)->photograph;
@@ -332,7 +331,7 @@ void Refiner::replaced(std::uint32_t slot) {
   seen_[slot].clear();
 }
 
-void Refiner::mask(std::uint32_t slot) {
+void Refiner::mask(ViewSlot slot) {
   may_interrupt(options_.interruption_point);
   const ComparedView& view = *views_[slot];
   const Camera& camera = view.camera;
@@ -344,7 +343,7 @@ void Refiner::mask(std::uint32_t slot) {
 }
 
 void Refiner::settle() {
-  for (std::uint32_t slot = 0; slot < views_.size(); ++slot) {
+  for (ViewSlot slot{0}; slot < views_.size(); ++slot) {
     if (!views_[slot]) continue;
     may_interrupt(options_.interruption_point);
     if (options_.trust.enabled) mask(slot);
@@ -369,14 +368,14 @@ double Refiner::median_depth() const {
 }
 
 // A view that has not moved since last time is compared at the same points.
-void Refiner::choose_samples(std::uint32_t slot) {
+void Refiner::choose_samples(ViewSlot slot) {
   const ComparedView& view = *views_[slot];
   const Camera& camera = view.camera;
   if (samples_[slot] && same_pose(samples_[slot]->camera, camera)) return;
   samples_[slot] = ChosenSamples{camera, samples_of(slot)};
 }
 
-Refinement Refiner::compare_again(std::uint32_t slot) {
+Refinement Refiner::compare_again(ViewSlot slot) {
   choose_samples(slot);
   const ComparedView& view = *views_[slot];
   return compare(given_[slot], view.camera, view.pyramid, samples_[slot]->samples, slot);
@@ -390,11 +389,11 @@ void Refiner::count_comparison(const Refinement& refinement) {
 }
 
 // Returns whether exposures were compared anew.
-bool Refiner::revisit(std::uint32_t newest) {
+bool Refiner::revisit(ViewSlot newest) {
   bool compared = false;
   for (std::uint32_t i = 0; i < options_.revisits && !at_rest(); ++i) {
-    std::optional<std::uint32_t> next;
-    for (std::uint32_t slot = 0; slot < views_.size(); ++slot) {
+    std::optional<ViewSlot> next;
+    for (ViewSlot slot{0}; slot < views_.size(); ++slot) {
       if (views_[slot] && slot != newest && (!next || visited_[slot] < visited_[*next])) next = slot;
     }
     if (!next) return compared;
@@ -418,7 +417,7 @@ std::vector<std::vector<SurfaceSample>> Refiner::all_samples() const {
     may_interrupt(options_.interruption_point);
     const Camera& camera = views_[slot]->camera;
     const bool chosen = samples_[slot] && same_pose(samples_[slot]->camera, camera);
-    samples[slot] = chosen ? samples_[slot]->samples : samples_of(static_cast<std::uint32_t>(slot));
+    samples[slot] = chosen ? samples_[slot]->samples : samples_of(ViewSlot(static_cast<std::uint32_t>(slot)));
   });
   return samples;
 }
@@ -430,12 +429,12 @@ PoseEstimate Refiner::solve_poses(std::size_t most_points) {
       {.alignment = options_.alignment, .most_points = most_points, .interruption_point = options_.interruption_point});
   if (!estimate.improves()) return estimate;
   std::vector<std::pair<Camera, Camera>> given_and_refined;
-  for (std::uint32_t slot = 0; slot < views_.size(); ++slot) {
+  for (ViewSlot slot{0}; slot < views_.size(); ++slot) {
     if (views_[slot]) given_and_refined.emplace_back(given_[slot], estimate.cameras[slot]);
   }
   const double depth = median_depth();
   const RigidMotion common = common_motion(given_and_refined, depth);
-  for (std::uint32_t slot = 0; slot < views_.size(); ++slot) {
+  for (ViewSlot slot{0}; slot < views_.size(); ++slot) {
     if (!views_[slot]) continue;
     may_interrupt(options_.interruption_point);
     const Camera camera = without(common, estimate.cameras[slot]);
@@ -457,7 +456,7 @@ void Refiner::correct_lenses(const LensEstimates& estimates, const CorrectedPhot
   refiner_requires.has_size(estimates.cameras.size(), views_.size(), "cameras", "the atlas's capacity");
   std::vector<std::pair<Camera, Camera>> before_and_after;
   for (const LensEstimate& lens : estimates.lenses) {
-    for (const std::uint32_t slot : lens.slots) {
+    for (const ViewSlot slot : lens.slots) {
       refiner_requires.is_below(slot, views_.size(), "a lens's slot", "the atlas's capacity");
       refiner_requires(views_[slot].has_value(), "a lens's slot", slot, "one that holds a view");
       check(estimates.cameras[slot]);
@@ -468,7 +467,7 @@ void Refiner::correct_lenses(const LensEstimates& estimates, const CorrectedPhot
   if (before_and_after.empty()) return;
   const RigidMotion common = common_motion(before_and_after, median_depth());
   for (const LensEstimate& lens : estimates.lenses) {
-    for (const std::uint32_t slot : lens.slots) {
+    for (const ViewSlot slot : lens.slots) {
       if (!lens.significant) break;
       may_interrupt(options_.interruption_point);
       const std::shared_ptr<const StoredView> old = views_[slot]->view;
@@ -484,7 +483,7 @@ void Refiner::correct_lenses(const LensEstimates& estimates, const CorrectedPhot
 }
 
 bool Refiner::all_as_given() const {
-  for (std::uint32_t slot = 0; slot < views_.size(); ++slot) {
+  for (ViewSlot slot{0}; slot < views_.size(); ++slot) {
     if (views_[slot] && !same_pose(views_[slot]->camera, given_[slot])) return false;
   }
   return true;
@@ -500,10 +499,10 @@ void Refiner::compare_exposures() {
     if (!views_[slot]) return;
     may_interrupt(options_.interruption_point);
     ratios[slot] = median_colors(views_[slot]->camera, views_[slot]->pyramid, samples_[slot]->samples, atlas_, views_,
-                                 static_cast<std::uint32_t>(slot), ratios_alone)
+                                 ViewSlot(static_cast<std::uint32_t>(slot)), ratios_alone)
                        .ratios;
   });
-  for (std::uint32_t slot = 0; slot < views_.size(); ++slot) {
+  for (ViewSlot slot{0}; slot < views_.size(); ++slot) {
     if (views_[slot]) exposures_.set(slot, ratios[slot]);
   }
   balance_exposures();
@@ -515,8 +514,9 @@ std::optional<PolishStep> Refiner::found_in_place() {
   tbb::parallel_for(std::size_t{0}, views_.size(), [&](std::size_t slot) {
     if (!views_[slot]) return;
     may_interrupt(options_.interruption_point);
-    choose_samples(static_cast<std::uint32_t>(slot));
-    refinements[slot] = look_at(given_[slot], views_[slot]->pyramid, samples_[slot]->samples, slot);
+    const ViewSlot self(static_cast<std::uint32_t>(slot));
+    choose_samples(self);
+    refinements[slot] = look_at(given_[slot], views_[slot]->pyramid, samples_[slot]->samples, self);
   });
   for (const std::optional<Refinement>& refinement : refinements) {
     if (!refinement) continue;
@@ -535,7 +535,7 @@ PolishStep Refiner::polish() {
   tbb::parallel_for(std::size_t{0}, views_.size(), [&](std::size_t slot) {
     if (!views_[slot]) return;
     may_interrupt(options_.interruption_point);
-    refinements[slot] = compare_again(static_cast<std::uint32_t>(slot));
+    refinements[slot] = compare_again(ViewSlot(static_cast<std::uint32_t>(slot)));
   });
   for (const std::optional<Refinement>& refinement : refinements) compared_in_full_ += refinement.has_value();
   const PolishStep step = summary_of(refinements);
@@ -543,14 +543,14 @@ PolishStep Refiner::polish() {
   // Nothing but the given poses ties the set as a whole to the mesh, so as a whole it stays where they put it.
   std::vector<std::pair<Camera, Camera>> given_and_refined;
   bool corrected = false;
-  for (std::uint32_t slot = 0; slot < views_.size(); ++slot) {
+  for (ViewSlot slot{0}; slot < views_.size(); ++slot) {
     if (!refinements[slot]) continue;
     given_and_refined.emplace_back(given_[slot], refinements[slot]->alignment.camera);
     corrected = corrected || refinements[slot]->alignment.corrected;
   }
   const double depth = median_depth();
   const RigidMotion common = corrected ? common_motion(given_and_refined, depth) : RigidMotion{};
-  for (std::uint32_t slot = 0; slot < views_.size(); ++slot) {
+  for (ViewSlot slot{0}; slot < views_.size(); ++slot) {
     if (!refinements[slot]) continue;
     may_interrupt(options_.interruption_point);
     exposures_.set(slot, refinements[slot]->ratios);

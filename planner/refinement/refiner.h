@@ -87,7 +87,7 @@ struct PolishStep {
 };
 
 // Gives the photograph of a stored view, by slot and name, as the corrected lens would have taken it.
-using CorrectedPhotograph = std::function<Photograph(std::uint32_t slot, const std::string& name)>;
+using CorrectedPhotograph = std::function<Photograph(ViewSlot slot, const std::string& name)>;
 
 // Slots that the atlas does not have, or that hold no view where one is needed, are refused (std::invalid_argument).
 class Refiner {
@@ -105,16 +105,16 @@ class Refiner {
   // `given` is the pose that the view came with. Balances all gains anew, and makes masks where enough views have come
   // since the last time. `face`: the face of each pixel, as in VisibilityBuffer; empty: found when it is needed. Throws
   // std::invalid_argument if `face` has another size.
-  void stored(std::uint32_t slot, const Camera& given, const Refinement& refinement, std::span<const FaceId> face = {});
+  void stored(ViewSlot slot, const Camera& given, const Refinement& refinement, std::span<const FaceId> face = {});
   // The atlas has put another depth and mask in the place of the slot's; the photograph is the same, or has another
   // size: then the view is not refined any more.
-  void replaced(std::uint32_t slot);
+  void replaced(ViewSlot slot);
   // The mesh has changed; `visibility` must outlive the refiner or the next call.
   void see_with(const Visibility& visibility);
   // Depth edges are masked in another way from now on. The options must pass check(); this is not checked here.
   void mask_edges_by(const ValidityOptions& validity) { validity_ = validity; }
   // The slot's view is about to leave.
-  void erased(std::uint32_t slot);
+  void erased(ViewSlot slot);
 
   // Returns how many times a stored view was refined again because others had come.
   [[nodiscard]] std::uint64_t revisited() const { return revisited_; }
@@ -149,31 +149,31 @@ class Refiner {
 
  private:
   [[nodiscard]] Refinement compare(const Camera& given, const Camera& start, const Pyramid& photograph,
-                                   std::span<const SurfaceSample> samples, std::optional<std::uint32_t> slot) const;
+                                   std::span<const SurfaceSample> samples, std::optional<ViewSlot> slot) const;
   // Compares in brief where that is enough, else in full as compare() does.
   [[nodiscard]] Refinement look_at(const Camera& camera, const Pyramid& photograph,
-                                   std::span<const SurfaceSample> samples, std::optional<std::uint32_t> slot) const;
+                                   std::span<const SurfaceSample> samples, std::optional<ViewSlot> slot) const;
   // Views whose exposure alone is refined never rest, because that is cheap.
   [[nodiscard]] bool may_be_brief() const { return at_rest() && options_.alignment.pose; }
   [[nodiscard]] bool says_enough(const Refinement& brief) const;
   [[nodiscard]] Camera sampling_camera(const Camera& camera) const;
   [[nodiscard]] std::vector<SurfaceSample> samples_of(const Camera& camera, const Pyramid& photograph) const;
-  [[nodiscard]] std::vector<SurfaceSample> samples_of(std::uint32_t slot) const;
-  [[nodiscard]] VisibilityBuffer sight_of(std::uint32_t slot, const Camera& camera) const;
+  [[nodiscard]] std::vector<SurfaceSample> samples_of(ViewSlot slot) const;
+  [[nodiscard]] VisibilityBuffer sight_of(ViewSlot slot, const Camera& camera) const;
   [[nodiscard]] VisibilityBuffer near_sight(const Camera& camera) const;
   void balance_exposures();
   [[nodiscard]] double median_depth() const;
   [[nodiscard]] std::vector<std::vector<SurfaceSample>> all_samples() const;
-  void replace(std::uint32_t slot, const Camera& camera, std::shared_ptr<const StoredPhotograph> photograph,
+  void replace(ViewSlot slot, const Camera& camera, std::shared_ptr<const StoredPhotograph> photograph,
                std::vector<std::uint8_t> trust);
-  void replace(std::uint32_t slot, std::vector<std::uint8_t> trust);
-  [[nodiscard]] bool depth_stands(std::uint32_t slot) const;
-  void move(std::uint32_t slot, const Camera& camera);
-  void mask(std::uint32_t slot);
-  void choose_samples(std::uint32_t slot);
+  void replace(ViewSlot slot, std::vector<std::uint8_t> trust);
+  [[nodiscard]] bool depth_stands(ViewSlot slot) const;
+  void move(ViewSlot slot, const Camera& camera);
+  void mask(ViewSlot slot);
+  void choose_samples(ViewSlot slot);
   // From several threads at once for different slots.
-  [[nodiscard]] Refinement compare_again(std::uint32_t slot);
-  bool revisit(std::uint32_t newest);
+  [[nodiscard]] Refinement compare_again(ViewSlot slot);
+  bool revisit(ViewSlot newest);
   void count_comparison(const Refinement& refinement);
   [[nodiscard]] bool all_as_given() const;
   [[nodiscard]] std::optional<PolishStep> found_in_place();

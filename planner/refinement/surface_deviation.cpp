@@ -260,7 +260,7 @@ std::vector<double> distances_off(const Snapshot& snapshot, std::size_t cell, co
     const std::optional<SurfacePoint> point = middle_of(snapshot.surface->mesh, faces[i * faces.size() / points]);
     if (!point) continue;
     std::vector<PointView> views;
-    for (const std::uint32_t slot : slots) {
+    for (const ViewSlot slot : slots) {
       const StoredView& view = *snapshot.views[slot];
       const double margin = kMostScale * patch_radius(options, view.camera) + options.most_shift_px + 1;
       const std::optional<PointView> seen = point_view(view, *point, margin);
@@ -282,10 +282,10 @@ bool enough_are_measured(const SurfaceDeviation& deviation, std::size_t near_cel
 // are joined to no measured cell get the median of all.
 void fill_unmeasured(const Surface& surface, SurfaceDeviation& deviation) {
   const std::span<const glm::uvec3> faces(surface.mesh.faces.data(), surface.near_faces());
-  const std::vector<std::uint32_t>& cell_of_face = surface.cells.cell_of_face;
+  const std::vector<CellId>& cell_of_face = surface.cells.cell_of_face;
   std::vector<glm::vec4> of_vertex(surface.mesh.positions.size(), glm::vec4(0));
   for (std::size_t face = 0; face < faces.size(); ++face) {
-    const std::uint32_t cell = cell_of_face[face];
+    const CellId cell = cell_of_face[face];
     if (deviation.measured[cell] == 0) continue;
     for (int corner = 0; corner < 3; ++corner) {
       of_vertex[faces[face][corner]] += glm::vec4(deviation.of_cell[cell], 0, 0, 1);

@@ -16,7 +16,7 @@ namespace lumatlas {
 struct SurfaceSample {
   glm::dvec3 position;  // in the world
   glm::dvec2 image;     // in the photograph, pixels
-  std::uint32_t face;
+  FaceId face;
 };
 
 // Colours that carry no information: sRGB values of 8 bit below or above these are too dark, or clipped.

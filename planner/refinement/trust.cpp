@@ -131,8 +131,7 @@ bool is_contradicted(const glm::dvec3& low, const glm::dvec3& high, std::vector<
 class Judge {
  public:
   Judge(const Camera& camera, const PhotographSpan& photograph, const VisibilityBuffer& visible, const Atlas& atlas,
-        std::span<const std::optional<ComparedView>> views, std::optional<std::uint32_t> self,
-        const TrustOptions& options)
+        std::span<const std::optional<ComparedView>> views, std::optional<ViewSlot> self, const TrustOptions& options)
       : camera_(camera),
         photograph_(photograph),
         visible_(visible),
@@ -170,7 +169,7 @@ class Judge {
     const auto& references = atlas_.references(atlas_.surface()->cells.cell_of_face[visible_.face[block]]);
     std::size_t unseen = references.size(), near = 0;
     others.clear();
-    for (const std::uint32_t slot : references) {
+    for (const ViewSlot slot : references) {
       --unseen;
       if (slot == self_ || !views_[slot]) continue;
       const glm::dvec3 towards = glm::normalize(centers_[slot] - position);
@@ -190,7 +189,7 @@ class Judge {
   const VisibilityBuffer& visible_;
   const Atlas& atlas_;
   std::span<const std::optional<ComparedView>> views_;
-  std::optional<std::uint32_t> self_;
+  std::optional<ViewSlot> self_;
   const TrustOptions& options_;
   double comparable_;                // cosine
   std::vector<glm::dvec3> centers_;  // the views' camera centres
@@ -319,8 +318,8 @@ void check(const TrustOptions& options) {
 
 std::vector<std::uint8_t> trust_mask(const Camera& camera, const Pyramid& photograph, const glm::dvec3& gain,
                                      const VisibilityBuffer& visible, const Atlas& atlas,
-                                     std::span<const std::optional<ComparedView>> views,
-                                     std::optional<std::uint32_t> self, const TrustOptions& options) {
+                                     std::span<const std::optional<ComparedView>> views, std::optional<ViewSlot> self,
+                                     const TrustOptions& options) {
   check(options);
   trust_requires.has_size(views.size(), atlas.capacity(), "views", "the atlas's capacity");
   trust_requires(photograph.level(0).width == camera.width, "camera.width", camera.width, "the photograph's");

@@ -41,6 +41,6 @@ void check(const TrustOptions& options);
                                                    const glm::dvec3& gain, const VisibilityBuffer& visible,
                                                    const Atlas& atlas,
                                                    std::span<const std::optional<ComparedView>> views,
-                                                   std::optional<std::uint32_t> self, const TrustOptions& options);
+                                                   std::optional<ViewSlot> self, const TrustOptions& options);
 
 }  // namespace lumatlas

@@ -19,7 +19,8 @@
 namespace lumatlas {
 namespace {
 
-using Slots = std::vector<std::uint32_t>;
+using Slots = std::vector<ViewSlot>;
+using Offsets = std::vector<std::uint32_t>;
 using CellIds = std::vector<CellId>;
 
 constexpr std::uint32_t kCells = 5;
@@ -33,6 +34,30 @@ StoredView tiny_view(const std::string& name) {
   own_mask(view).depth = std::vector<float>{4};
   own_mask(view).validity = std::vector<std::uint8_t>{255};
   return view;
+}
+
+TEST_CASE("the example that atlas.h opens with does what the header says") {
+  const std::shared_ptr<const Surface> surface = wall_and_panel(kCells);
+  const Camera camera = forward_camera(32, 32), corrected = oblique_camera(32, 32, 0.01, {0.01, 0, 0});
+  const Photograph photograph = position_photograph(32, 32);
+  // The header's lines.
+  Atlas atlas(surface, 100);
+  VisibilityBuffer visible = make_ray_visibility(surface->mesh)->trace(camera);
+  const std::vector<CellPixels> seen = count_cell_pixels(visible, surface->cells);
+  const ViewSlot slot = atlas.insert(make_stored_view("a.jpg", camera, photograph, std::move(visible), {}));
+  atlas.mark_seen(seen);
+  for (const CellPixels& part : seen) atlas.set_references(part.cell, {slot});
+  const Snapshot drawn = atlas.snapshot();
+  atlas.set_poses(std::vector{ViewPose{slot, corrected}});
+  for (const CellPixels& part : seen) atlas.set_references(part.cell, {});
+  atlas.erase(slot);
+  // Until here.
+  REQUIRE_FALSE(seen.empty());
+  CHECK_NOTHROW(check(drawn));
+  CHECK(drawn.references.views.size() == seen.size());
+  CHECK(drawn.views[slot]->camera.cam_from_world_translation == camera.cam_from_world_translation);
+  CHECK(atlas.size() == 0);
+  CHECK(atlas.snapshot().cell_seen == drawn.cell_seen);
 }
 
 TEST_CASE("a stored view has the depth that its camera sees and a mask of it") {
@@ -150,8 +175,8 @@ TEST_CASE("cells and slots that a store does not have are refused by number") {
   Atlas atlas(wall_and_panel(kCells), 2);
   atlas.insert(tiny_view("a"));
   const auto no_cell = Catch::Message("atlas: cell is 5, must be below the number of cells, 5");
-  CHECK_THROWS_MATCHES(atlas.references(kCells), std::invalid_argument, no_cell);
-  CHECK_THROWS_MATCHES(atlas.set_references(kCells, {0}), std::invalid_argument, no_cell);
+  CHECK_THROWS_MATCHES(atlas.references(CellId(kCells)), std::invalid_argument, no_cell);
+  CHECK_THROWS_MATCHES(atlas.set_references(CellId(kCells), {0}), std::invalid_argument, no_cell);
   const std::vector<CellPixels> seen{{1, 1}, {CellId{kCells}, 1}};
   CHECK_THROWS_MATCHES(atlas.mark_seen(seen), std::invalid_argument, no_cell);
   CHECK(atlas.snapshot().cell_seen == std::vector<std::uint8_t>(kCells, 0));
@@ -173,13 +198,13 @@ TEST_CASE("a new store is empty") {
   CHECK(atlas.surface() == surface);
   CHECK(atlas.capacity() == 3);
   CHECK(atlas.size() == 0);
-  for (std::uint32_t slot = 0; slot < 3; ++slot) CHECK(atlas.view(slot) == nullptr);
-  for (std::uint32_t cell = 0; cell < kCells; ++cell) CHECK(atlas.references(cell).empty());
+  for (ViewSlot slot{0}; slot < 3; ++slot) CHECK(atlas.view(slot) == nullptr);
+  for (CellId cell{0}; cell < kCells; ++cell) CHECK(atlas.references(cell).empty());
   const Snapshot snapshot = atlas.snapshot();
   CHECK(snapshot.surface == surface);
   CHECK(snapshot.views.size() == 3);
   CHECK(snapshot.gains == std::vector<glm::dvec3>(3, glm::dvec3(1)));
-  CHECK(snapshot.references.offsets == Slots(kCells + 1, 0));
+  CHECK(snapshot.references.offsets == Offsets(kCells + 1, 0));
   CHECK(snapshot.references.views.empty());
   CHECK(snapshot.cell_seen == std::vector<std::uint8_t>(kCells, 0));
   CHECK(snapshot.vertex_colors == std::vector<glm::u8vec3>(surface->mesh.positions.size(), glm::u8vec3(128)));
@@ -241,12 +266,12 @@ TEST_CASE("slots without a view can be neither erased nor referred to") {
   Atlas atlas(wall_and_panel(kCells), 2);
   atlas.insert(tiny_view("a"));
   atlas.set_references(0, {0});
-  const std::uint32_t slot = GENERATE(1u, 2u, 4'000'000'000u);
+  const ViewSlot slot(GENERATE(1u, 2u, 4'000'000'000u));
   const auto sentence = Catch::Message("atlas: slot " + std::to_string(slot) + " holds no view");
   CHECK_THROWS_MATCHES(atlas.erase(slot), std::logic_error, sentence);
   CHECK_THROWS_MATCHES(atlas.set_references(0, {0, slot}), std::logic_error, sentence);
   CHECK(atlas.references(0) == Slots{0});
-  CHECK_THROWS_AS(atlas.set_references(kCells, {0}), std::logic_error);
+  CHECK_THROWS_AS(atlas.set_references(CellId(kCells), {0}), std::logic_error);
   atlas.set_references(0, {});
   atlas.erase(0);  // the refused calls left no reference behind
 }
@@ -294,7 +319,7 @@ TEST_CASE("a snapshot's vertex colours follow a replaced view") {
 TEST_CASE("a slot without a view has none to replace") {
   Atlas atlas(wall_and_panel(), 2);
   atlas.insert(tiny_view("a"));
-  const std::uint32_t slot = GENERATE(1u, 2u, 4'000'000'000u);
+  const ViewSlot slot(GENERATE(1u, 2u, 4'000'000'000u));
   CHECK_THROWS_MATCHES(atlas.replace(slot, tiny_view("b")), std::logic_error,
                        Catch::Message("atlas: slot " + std::to_string(slot) + " holds no view"));
   CHECK(atlas.size() == 1);
@@ -319,7 +344,7 @@ TEST_CASE("a view's gain can be changed, and ends with the view") {
 TEST_CASE("slots without a view have no gain") {
   Atlas atlas(wall_and_panel(), 2);
   atlas.insert(tiny_view("a"));
-  const std::uint32_t slot = GENERATE(1u, 2u, 4'000'000'000u);
+  const ViewSlot slot(GENERATE(1u, 2u, 4'000'000'000u));
   const auto sentence = Catch::Message("atlas: slot " + std::to_string(slot) + " holds no view");
   CHECK_THROWS_MATCHES(atlas.set_gain(slot, {1, 1, 1}), std::logic_error, sentence);
   CHECK_THROWS_MATCHES(atlas.gain(slot), std::logic_error, sentence);
@@ -362,7 +387,7 @@ TEST_CASE("a snapshot does not change, and keeps alive what it shows") {
   atlas.mark_seen(seen);
   CHECK(snapshot.views[0]->name == "a");
   CHECK(snapshot.views[1] == nullptr);
-  CHECK(snapshot.references.offsets == Slots{0, 0, 0, 1, 1, 1});
+  CHECK(snapshot.references.offsets == Offsets{0, 0, 0, 1, 1, 1});
   CHECK(snapshot.references.views == Slots{0});
   CHECK(snapshot.cell_seen[0] == 0);
   CHECK(atlas.snapshot().views[0]->name == "b");
@@ -386,17 +411,17 @@ TEST_CASE("a snapshot's vertex colours are those of the stored views") {
 
 // The expected contents of an atlas, in the plainest form.
 struct Ledger {
-  std::map<std::uint32_t, std::string> views;  // by slot
+  std::map<ViewSlot, std::string> views;  // by slot
   std::vector<Slots> references{kCells};
 
-  [[nodiscard]] bool refers_to(std::uint32_t slot) const {
+  [[nodiscard]] bool refers_to(ViewSlot slot) const {
     return std::any_of(references.begin(), references.end(),
                        [&](const Slots& slots) { return std::find(slots.begin(), slots.end(), slot) != slots.end(); });
   }
 };
 
 void check_same(const Snapshot& snapshot, const Ledger& ledger) {
-  for (std::uint32_t slot = 0; slot < snapshot.views.size(); ++slot) {
+  for (ViewSlot slot{0}; slot < snapshot.views.size(); ++slot) {
     const auto found = ledger.views.find(slot);
     REQUIRE((snapshot.views[slot] != nullptr) == (found != ledger.views.end()));
     if (found != ledger.views.end()) REQUIRE(snapshot.views[slot]->name == found->second);
@@ -412,7 +437,7 @@ TEST_CASE("the books balance after any sequence of calls") {
   Atlas atlas(wall_and_panel(kCells), 4);
   Ledger ledger;
   for (int step = 0; step < 2000; ++step) {
-    const auto slot = static_cast<std::uint32_t>(random() % 4);
+    const ViewSlot slot(static_cast<std::uint32_t>(random() % 4));
     switch (random() % 3) {
       case 0:
         if (ledger.views.size() < 4) {
@@ -431,7 +456,7 @@ TEST_CASE("the books balance after any sequence of calls") {
         }
         break;
       default: {
-        const auto cell = static_cast<std::uint32_t>(random() % kCells);
+        const CellId cell(static_cast<std::uint32_t>(random() % kCells));
         Slots slots;
         for (const auto& [stored, name] : ledger.views) {
           if (random() % 3 == 0) slots.push_back(stored);
@@ -458,12 +483,12 @@ TEST_CASE("under another surface, references and what was seen follow the cells"
   atlas.replace_surface(surface, CellIds{4, CellId::none, 1, 3, 1, CellId::none});
   CHECK(atlas.surface() == surface);
   const std::vector<Slots> expected{{0}, {}, {1, 0}, {}, {1, 0}, {}};
-  for (std::uint32_t cell = 0; cell < expected.size(); ++cell) CHECK(atlas.references(cell) == expected[cell]);
+  for (CellId cell{0}; cell < expected.size(); ++cell) CHECK(atlas.references(cell) == expected[cell]);
   CHECK(atlas.snapshot().cell_seen == std::vector<std::uint8_t>{0, 0, 1, 1, 1, 0});
   CHECK(atlas.size() == 3);
   CHECK(atlas.view(1)->name == "b");
   CHECK(atlas.gain(1) == glm::dvec3(2, 3, 4));
-  const auto refused = [&](std::uint32_t slot, const std::string& cells) {
+  const auto refused = [&](ViewSlot slot, const std::string& cells) {
     CHECK_THROWS_MATCHES(
         atlas.erase(slot), std::logic_error,
         Catch::Message("atlas: erase of slot " + std::to_string(slot) + ", which " + cells + " cells refer to"));
@@ -477,8 +502,8 @@ TEST_CASE("snapshots taken before keep the old surface alive, and nothing else d
   const auto surface_with = [](float z) {
     const auto surface = std::make_shared<Surface>(*wall_and_panel(kCells));
     add_wall(surface->mesh, 1, 1, 1, z);
-    Slots cell_of_face = surface->cells.cell_of_face;
-    cell_of_face.resize(surface->mesh.faces.size(), kCells);
+    std::vector<CellId> cell_of_face = surface->cells.cell_of_face;
+    cell_of_face.resize(surface->mesh.faces.size(), CellId(kCells));
     surface->cells = measure_cells(surface->mesh, cell_of_face, surface->cells.size);
     return surface;
   };
@@ -491,11 +516,11 @@ TEST_CASE("snapshots taken before keep the old surface alive, and nothing else d
     const Snapshot before = atlas.snapshot();
     atlas.replace_surface(surface_with(6), CellIds{0, CellId::none, CellId::none, CellId::none, CellId::none, 2});
     CHECK(before.surface == watched.lock());
-    CHECK(before.references.offsets == Slots{0, 0, 0, 1, 1, 1});
+    CHECK(before.references.offsets == Offsets{0, 0, 0, 1, 1, 1});
     CHECK(before.cell_seen.size() == kCells);
     const Snapshot after = atlas.snapshot();
     CHECK(after.surface == atlas.surface());
-    CHECK(after.references.offsets == Slots{0, 0, 0, 0, 0, 0, 1});
+    CHECK(after.references.offsets == Offsets{0, 0, 0, 0, 0, 0, 1});
     CHECK(after.vertex_colors.size() == before.vertex_colors.size() + 4);
   }
   CHECK(watched.expired());
@@ -526,9 +551,9 @@ TEST_CASE("the books balance after any sequence of surfaces") {
   std::vector<Slots> ledger(kCells);
   for (int step = 0; step < 500; ++step) {
     if (random() % 2 == 0) {
-      const auto cell = static_cast<std::uint32_t>(random() % ledger.size());
+      const CellId cell(static_cast<std::uint32_t>(random() % ledger.size()));
       ledger[cell].clear();
-      for (std::uint32_t slot = 0; slot < 4; ++slot) {
+      for (ViewSlot slot{0}; slot < 4; ++slot) {
         if (random() % 3 == 0) ledger[cell].push_back(slot);
       }
       atlas.set_references(cell, ledger[cell]);
@@ -536,7 +561,7 @@ TEST_CASE("the books balance after any sequence of surfaces") {
       const auto cells = static_cast<std::uint32_t>(1 + random() % 8);
       CellIds previous_cell;
       std::vector<Slots> next;
-      for (std::uint32_t cell = 0; cell < cells; ++cell) {
+      for (CellId cell{0}; cell < cells; ++cell) {
         const bool is_new = random() % 3 == 0;
         previous_cell.push_back(is_new ? CellId::none : CellId{static_cast<std::uint32_t>(random() % ledger.size())});
         next.push_back(is_new ? Slots{} : ledger[previous_cell.back()]);
@@ -544,7 +569,7 @@ TEST_CASE("the books balance after any sequence of surfaces") {
       atlas.replace_surface(wall_and_panel(cells), previous_cell);
       ledger = next;
     }
-    const auto slot = static_cast<std::uint32_t>(random() % 4);
+    const ViewSlot slot(static_cast<std::uint32_t>(random() % 4));
     const auto refers = [&](const Slots& slots) { return std::find(slots.begin(), slots.end(), slot) != slots.end(); };
     if (std::any_of(ledger.begin(), ledger.end(), refers)) {
       CHECK_THROWS_AS(atlas.erase(slot), std::logic_error);
@@ -552,7 +577,7 @@ TEST_CASE("the books balance after any sequence of surfaces") {
       atlas.erase(slot);
       REQUIRE(atlas.insert(tiny_view("again")) == slot);
     }
-    for (std::uint32_t cell = 0; cell < ledger.size(); ++cell) REQUIRE(atlas.references(cell) == ledger[cell]);
+    for (CellId cell{0}; cell < ledger.size(); ++cell) REQUIRE(atlas.references(cell) == ledger[cell]);
   }
 }
 
@@ -570,16 +595,17 @@ std::uint32_t number_of(const StoredView& view) {
 // Replaces views one after the other, as the planner does: references away, view out, view in, references back.
 void keep_replacing(Atlas& atlas, std::uint32_t changes) {
   for (std::uint32_t number = 1; number <= changes; ++number) {
-    const std::uint32_t slot = number % atlas.capacity();
-    for (std::uint32_t cell = 0; cell < kCells; ++cell) {
+    const ViewSlot slot(number % atlas.capacity());
+    for (CellId cell{0}; cell < kCells; ++cell) {
       Slots slots = atlas.references(cell);
       std::erase(slots, slot);
       atlas.set_references(cell, slots);
     }
     if (atlas.view(slot)) atlas.erase(slot);
-    const std::uint32_t taken = atlas.insert(numbered_view(number));
+    const ViewSlot taken = atlas.insert(numbered_view(number));
     atlas.set_gain(taken, glm::dvec3(number));
-    for (std::uint32_t cell = number % 2; cell < kCells; cell += 2) {
+    for (CellId cell{0}; cell < kCells; ++cell) {
+      if (cell % 2 != number % 2) continue;
       Slots slots = atlas.references(cell);
       slots.push_back(taken);
       atlas.set_references(cell, slots);
@@ -589,7 +615,7 @@ void keep_replacing(Atlas& atlas, std::uint32_t changes) {
 
 // Checks that Catch2 cannot make on another thread.
 bool is_consistent(const Snapshot& snapshot) {
-  for (const std::uint32_t slot : snapshot.references.views) {
+  for (const ViewSlot slot : snapshot.references.views) {
     const auto& view = snapshot.views.at(slot);
     if (!view || view->name != std::to_string(number_of(*view))) return false;
     const double gain = snapshot.gains.at(slot).x;
@@ -644,7 +670,7 @@ TEST_CASE("what a view shows follows its cell while another thread replaces the 
   views.join();
   atlas.replace_surface(wall_and_panel(2), turned);  // an odd number of times: what was cell 1 is cell 0
   const Snapshot snapshot = atlas.snapshot();
-  CHECK(snapshot.references.offsets == Slots{0, 1, 1});
+  CHECK(snapshot.references.offsets == Offsets{0, 1, 1});
   CHECK(snapshot.views[0]);  // whose tile is resident, because it shows the cell that refers to it
 }
 

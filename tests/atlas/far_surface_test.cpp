@@ -54,7 +54,7 @@ TEST_CASE("a face, vertex or cell that is both near and far is refused") {
     CHECK_THROWS_WITH(check(broken), Catch::EndsWith("is both near and far"));
   }
   SECTION("a cell of both") {
-    broken.cells.cell_of_face.front() = static_cast<std::uint32_t>(broken.near_cells());
+    broken.cells.cell_of_face.front() = CellId(static_cast<std::uint32_t>(broken.near_cells()));
     CHECK_THROWS_WITH(check(broken), "surface: face 0 is both near and far");
   }
   SECTION("more far faces than there are") {

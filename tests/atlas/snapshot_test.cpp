@@ -47,7 +47,7 @@ struct Kept {
   }
 
   void step(std::mt19937& random) {
-    const std::uint32_t slot = below(kSlots, random);
+    const ViewSlot slot(below(kSlots, random));
     switch (below(6, random)) {
       case 0:
         if (atlas->size() < kSlots) (void)insert(random_view(random));
@@ -70,24 +70,24 @@ struct Kept {
         break;
       }
       default:
-        refer(below(kCellsOfScene, random), random);
+        refer(CellId(below(kCellsOfScene, random)), random);
     }
   }
 
-  std::uint32_t insert(TiledView tiled) const { return atlas->insert(std::move(tiled.view), std::move(tiled.shown)); }
+  ViewSlot insert(TiledView tiled) const { return atlas->insert(std::move(tiled.view), std::move(tiled.shown)); }
 
-  void erase(std::uint32_t slot) const {
-    for (std::uint32_t cell = 0; cell < kCellsOfScene; ++cell) {
-      std::vector<std::uint32_t> slots = atlas->references(cell);
+  void erase(ViewSlot slot) const {
+    for (CellId cell{0}; cell < kCellsOfScene; ++cell) {
+      std::vector<ViewSlot> slots = atlas->references(cell);
       std::erase(slots, slot);
       atlas->set_references(cell, slots);
     }
     atlas->erase(slot);
   }
 
-  void refer(std::uint32_t cell, std::mt19937& random) const {
-    std::vector<std::uint32_t> slots;
-    for (std::uint32_t slot = 0; slot < kSlots; ++slot) {
+  void refer(CellId cell, std::mt19937& random) const {
+    std::vector<ViewSlot> slots;
+    for (ViewSlot slot{0}; slot < kSlots; ++slot) {
       if (atlas->view(slot) && below(2, random) == 0) slots.push_back(slot);
     }
     atlas->set_references(cell, slots);
@@ -101,7 +101,7 @@ struct Kept {
 // Returns the mean from all views by the definition in vertex_colors.h.
 std::vector<glm::u8vec3> mean_colors(const Atlas& atlas) {
   VertexColorMean mean(atlas.surface()->mesh);
-  for (std::uint32_t slot = 0; slot < atlas.capacity(); ++slot) {
+  for (ViewSlot slot{0}; slot < atlas.capacity(); ++slot) {
     if (const auto view = atlas.view(slot)) mean.add(*view, atlas.gain(slot));
   }
   return mean.colors();
@@ -117,13 +117,13 @@ TEST_CASE("a snapshot of what has changed is one of the whole store") {
     CAPTURE(step);
     REQUIRE_NOTHROW(check(snapshot));
     REQUIRE(snapshot.vertex_colors == mean_colors(*kept.atlas));
-    for (std::uint32_t cell = 0; cell < kCellsOfScene; ++cell) {
-      std::vector<std::uint32_t> expected = kept.atlas->references(cell);
-      std::erase_if(expected, [&](std::uint32_t slot) { return !snapshot.views[slot]; });
+    for (CellId cell{0}; cell < kCellsOfScene; ++cell) {
+      std::vector<ViewSlot> expected = kept.atlas->references(cell);
+      std::erase_if(expected, [&](ViewSlot slot) { return !snapshot.views[slot]; });
       const auto found = snapshot.references.of_cell(cell);
-      REQUIRE(std::vector<std::uint32_t>(found.begin(), found.end()) == expected);
+      REQUIRE(std::vector<ViewSlot>(found.begin(), found.end()) == expected);
     }
-    for (std::uint32_t slot = 0; slot < kSlots; ++slot) {
+    for (ViewSlot slot{0}; slot < kSlots; ++slot) {
       if (snapshot.views[slot]) REQUIRE(snapshot.views[slot] == kept.atlas->view(slot));
       if (snapshot.views[slot]) REQUIRE(snapshot.gains[slot] == kept.atlas->gain(slot));
       if (layout.whole_views()) REQUIRE(snapshot.views[slot] == kept.atlas->view(slot));
@@ -152,9 +152,9 @@ TEST_CASE("the same tiles are resident whether snapshots were taken before or no
 TEST_CASE("a view without a resident tile is not held by a snapshot") {
   Kept kept(kLayout);
   std::mt19937 random(2);
-  const std::uint32_t shown = kept.insert(kept.random_view(random));
-  const std::uint32_t idle = kept.insert(kept.random_view(random));
-  for (std::uint32_t cell = 0; cell < kCellsOfScene; ++cell) kept.atlas->set_references(cell, {shown});
+  const ViewSlot shown = kept.insert(kept.random_view(random));
+  const ViewSlot idle = kept.insert(kept.random_view(random));
+  for (CellId cell{0}; cell < kCellsOfScene; ++cell) kept.atlas->set_references(cell, {shown});
   kept.atlas->set_gain(idle, glm::dvec3(3));
   const Snapshot snapshot = kept.atlas->snapshot();
   CHECK(snapshot.views[shown] != nullptr);
@@ -169,7 +169,7 @@ TEST_CASE("a view without a resident tile is not held by a snapshot") {
 TEST_CASE("a photograph that has left the store is freed") {
   Kept kept(kLayout);
   std::mt19937 random(2);
-  const std::uint32_t slot = kept.insert(kept.random_view(random));
+  const ViewSlot slot = kept.insert(kept.random_view(random));
   kept.atlas->set_references(0, {slot});
   (void)kept.atlas->snapshot();
   const std::weak_ptr<const StoredView> watched = kept.atlas->view(slot);
@@ -199,7 +199,7 @@ TEST_CASE("a store can be changed, and looked at, while tiles are chosen") {
   TiledView tiled = make_tiled_view("v", camera, position_photograph(40, 40),
                                     make_ray_visibility(surface->mesh)->trace(camera), surface->cells, {8, 2, 1}, {});
   atlas.insert(std::move(tiled.view), std::move(tiled.shown));
-  for (std::uint32_t cell = 0; cell < kCellsOfScene; ++cell) atlas.set_references(cell, {0});
+  for (CellId cell{0}; cell < kCellsOfScene; ++cell) atlas.set_references(cell, {0});
   const Snapshot snapshot = atlas.snapshot();
   CHECK(was_asked);
   CHECK(snapshot.gains[0] == glm::dvec3(1));  // of before
@@ -215,7 +215,7 @@ std::unique_ptr<Atlas> overfull(const TilePolicy& policy) {
   TiledView tiled = make_tiled_view("v", camera, position_photograph(40, 40),
                                     make_ray_visibility(surface->mesh)->trace(camera), surface->cells, layout, {});
   atlas->insert(std::move(tiled.view), std::move(tiled.shown));
-  for (std::uint32_t cell = 0; cell < kCellsOfScene; ++cell) atlas->set_references(cell, {0});
+  for (CellId cell{0}; cell < kCellsOfScene; ++cell) atlas->set_references(cell, {0});
   return atlas;
 }
 
@@ -264,7 +264,7 @@ TEST_CASE("a store that is cut anew is as if it had been cut so from the start")
   const Snapshot as_it_was = atlas->snapshot();
   const auto visibility = make_ray_visibility(atlas->surface()->mesh);
   std::vector<SharedShownCells> shown;
-  for (std::uint32_t slot = 0; slot < 5; ++slot) {
+  for (ViewSlot slot{0}; slot < 5; ++slot) {
     const auto view = atlas->view(slot);
     shown.push_back(std::make_shared<const std::vector<ShownCell>>(
         shown_cells(*view, visibility->trace(view->camera).face, atlas->surface()->cells, after)));
@@ -376,7 +376,7 @@ TEST_CASE("each rule of a surface is checked by name") {
           "surface: mesh.colors has 3 entries, must have one per vertex, 29, or none");
   refused([](Surface& s) { s.cells.cell_of_face.pop_back(); },
           "surface: cells.cell_of_face has 33 entries, must have one per face, 34");
-  refused([](Surface& s) { s.cells.cell_of_face[2] = kCellsOfScene; },
+  refused([](Surface& s) { s.cells.cell_of_face[2] = CellId(kCellsOfScene); },
           "surface: cells.cell_of_face[2] is 7, must be below the number of cells, 7");
   CHECK_THROWS_MATCHES(Atlas(nullptr, 1), std::invalid_argument, Catch::Message("atlas: surface is null"));
 }

@@ -49,7 +49,7 @@ thread_local const std::function<void()>* on_large_allocation = nullptr;
 namespace lumatlas {
 namespace {
 
-using Slots = std::vector<std::uint32_t>;
+using Slots = std::vector<ViewSlot>;
 using CellIds = std::vector<CellId>;
 
 constexpr std::uint32_t kCells = 5;
@@ -60,10 +60,10 @@ StoredView small_view(const Surface& surface, const std::string& name, std::uint
 }
 
 // Returns what every tile of a small view shows: cell 0, and the last one also `cell`.
-std::vector<ShownCell> shown_with(std::uint32_t cell) {
+std::vector<ShownCell> shown_with(CellId cell) {
   std::vector<ShownCell> shown;
   for (std::uint32_t tile = 0; tile < 6; ++tile) shown.push_back({tile, 0, 1});
-  if (cell > 0) shown.push_back({5, CellId{cell}, 1});
+  if (cell > 0) shown.push_back({5, cell, 1});
   return shown;
 }
 
@@ -71,10 +71,11 @@ std::vector<ShownCell> shown_with(std::uint32_t cell) {
 std::unique_ptr<Atlas> small_store() {
   const auto surface = wall_and_panel(kCells);
   auto atlas = std::make_unique<Atlas>(surface, 4, kTiles);
-  for (std::uint32_t slot = 0; slot < 3; ++slot) {
-    atlas->insert(small_view(*surface, std::string(1, static_cast<char>('a' + slot)), slot), shown_with(slot));
+  for (ViewSlot slot{0}; slot < 3; ++slot) {
+    atlas->insert(small_view(*surface, std::string(1, static_cast<char>('a' + slot)), slot),
+                  shown_with(CellId(std::uint32_t{slot})));
   }
-  for (std::uint32_t cell = 0; cell < kCells; ++cell) atlas->set_references(cell, {0, 1});
+  for (CellId cell{0}; cell < kCells; ++cell) atlas->set_references(cell, {0, 1});
   return atlas;
 }
 
@@ -91,7 +92,7 @@ TEST_CASE("no writer starves: a surface is replaced while another thread changes
   // Cells that take long to be renumbered, so that a view has always changed meanwhile.
   std::vector<ShownCell> shown;
   for (std::uint32_t tile = 0; tile < 6; ++tile) {
-    for (std::uint32_t cell = 0; cell < kCells; ++cell) shown.push_back({tile, CellId{cell}, 1});
+    for (CellId cell{0}; cell < kCells; ++cell) shown.push_back({tile, cell, 1});
   }
   atlas.insert(small_view(*surface, "a"), shown);
   atlas.insert(small_view(*surface, "b"), shown);
@@ -99,7 +100,7 @@ TEST_CASE("no writer starves: a surface is replaced while another thread changes
   const auto many = std::make_shared<Surface>(*surface);
   many->cells.cells.resize(kManyCells, many->cells.cells[0]);
   CellIds previous_cell(kManyCells);
-  for (std::uint32_t cell = 0; cell < kManyCells; ++cell) previous_cell[cell] = CellId{cell % kCells};
+  for (CellId cell{0}; cell < kManyCells; ++cell) previous_cell[cell] = CellId{cell % kCells};
   const StoredView view = small_view(*surface, "b");
 
   // Whenever replace_surface() asks for much memory, another thread changes a view, if the store lets it.
@@ -257,14 +258,14 @@ TEST_CASE("a caller's surface stays valid while another thread replaces the atla
 TEST_CASE("a tile policy is shown no tiles of a view that is gone") {
   const auto surface = wall_and_panel(kCells);
   std::vector<ViewTile> resident;
-  std::vector<std::uint32_t> gone;  // slots without a view of which it was shown tiles
+  std::vector<ViewSlot> gone;  // slots without a view of which it was shown tiles
   const TilePolicy policy = [&](const TileDemand& demand) {
     resident.assign(demand.resident.begin(), demand.resident.end());
     for (const ViewTile& tile : resident) {
       if (!demand.views[tile.view]) gone.push_back(tile.view);
     }
     TileChoice choice{{}, demand.references};
-    for (std::uint32_t slot = 0; slot < demand.views.size(); ++slot) {
+    for (ViewSlot slot{0}; slot < demand.views.size(); ++slot) {
       if (demand.views[slot]) choice.tiles.push_back({ViewSlot{slot}, 0});
     }
     return choice;
@@ -287,7 +288,7 @@ TEST_CASE("a snapshot costs what has changed: a moved view looks at no other vie
   const std::size_t vertices = surface->mesh.positions.size();
   std::vector<std::shared_ptr<const StoredView>> views;
   std::vector<glm::dvec3> gains(kViews, glm::dvec3(1));
-  for (std::uint32_t slot = 0; slot < kViews; ++slot) {
+  for (ViewSlot slot{0}; slot < kViews; ++slot) {
     views.push_back(std::make_shared<const StoredView>(small_view(*surface, "a", slot)));
   }
   VertexColors colors;
@@ -322,7 +323,7 @@ TEST_CASE("a snapshot costs what has changed: where a vertex moved, samples of t
   const auto surface = wall_and_panel(kCells);
   std::vector<std::shared_ptr<const StoredView>> views;
   const std::vector<glm::dvec3> gains(kViews, glm::dvec3(1));
-  for (std::uint32_t slot = 0; slot < kViews; ++slot) {
+  for (ViewSlot slot{0}; slot < kViews; ++slot) {
     views.push_back(std::make_shared<const StoredView>(small_view(*surface, "a", slot)));
   }
   VertexColors colors;

@@ -18,7 +18,7 @@ Snapshot with_views(const Snapshot& all, std::size_t views) {
   snapshot.references.views.clear();
   snapshot.references.offsets.assign(1, 0);
   for (std::size_t cell = 0; cell + 1 < all.references.offsets.size(); ++cell) {
-    for (const std::uint32_t slot : all.references.of_cell(static_cast<std::uint32_t>(cell))) {
+    for (const ViewSlot slot : all.references.of_cell(static_cast<std::uint32_t>(cell))) {
       if (slot < views) snapshot.references.views.push_back(slot);
     }
     snapshot.references.offsets.push_back(static_cast<std::uint32_t>(snapshot.references.views.size()));

@@ -145,7 +145,7 @@ TEST_CASE("the shares and the winner explain the picture's colours") {
 }
 
 // The same, with no references but those to one view.
-Snapshot with_view_alone(Snapshot snapshot, std::uint32_t slot) {
+Snapshot with_view_alone(Snapshot snapshot, ViewSlot slot) {
   ReferenceTable alone;
   for (std::size_t cell = 0; cell < snapshot.cell_seen.size(); ++cell) {
     const auto slots = snapshot.references.of_cell(cell);
@@ -165,7 +165,7 @@ TEST_CASE("as many views are valid at a pixel as texture it when each is alone")
   options.border_width = 0;
   const Diagnosis diagnosis = by_reference(snapshot, camera, options);
   std::vector<std::uint32_t> textured(diagnosis.pixels.size(), 0);
-  for (std::uint32_t slot = 0; slot < 9; ++slot) {
+  for (ViewSlot slot{0}; slot < 9; ++slot) {
     const Rendering alone = picture_by_reference(with_view_alone(snapshot, slot), camera, options);
     for (std::size_t pixel = 0; pixel < textured.size(); ++pixel) {
       textured[pixel] += alone.state[pixel] == PixelState::textured;

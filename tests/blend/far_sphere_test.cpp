@@ -40,14 +40,14 @@ Snapshot far_snapshot_of(const std::vector<FarView>& views) {
   near->cells = measure_cells(near->mesh, {0, 0}, 0.5);
   const auto surface = with_sphere_behind(*near);
   Atlas atlas(surface, static_cast<std::uint32_t>(views.size()));
-  std::vector<std::uint32_t> slots;
+  std::vector<ViewSlot> slots;
   for (const FarView& view : views) {
     const Camera camera = turned_camera(view.degrees);
     slots.push_back(atlas.insert(traced_view(*surface, "", camera, level_photograph(camera, view.level))));
     atlas.set_gain(slots.back(), glm::dvec3(view.gain));
   }
   std::vector<CellPixels> seen;
-  for (std::uint32_t cell = 0; cell < surface->cells.cells.size(); ++cell) {
+  for (CellId cell{0}; cell < surface->cells.cells.size(); ++cell) {
     atlas.set_references(cell, slots);
     seen.push_back({CellId{cell}, 1});
   }

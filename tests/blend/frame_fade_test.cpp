@@ -50,7 +50,7 @@ Snapshot wall_with_ends(const EndPlaces& places, const std::vector<std::size_t>&
   add_wall(surface->mesh, 1, 1, 80, kEndsDepth);
   surface->cells = measure_cells(surface->mesh, {0, 0}, 80);
   Atlas atlas(surface, static_cast<std::uint32_t>(places.aside.size()));
-  std::vector<std::uint32_t> slots;
+  std::vector<ViewSlot> slots;
   for (std::size_t rank = 0; rank < places.aside.size(); ++rank) {
     Camera camera = forward_camera(400, 200, {places.aside[rank], 0, 0});
     camera.fx = camera.fy = 100;
@@ -159,9 +159,9 @@ Snapshot wall_with_inner_end(InnerEnd end, const ValidityOptions& validity) {
     surface->mesh.faces.emplace_back(first, first + 1, first + 2);
     surface->mesh.faces.emplace_back(first + 2, first + 1, first + 3);
   }
-  surface->cells = measure_cells(surface->mesh, std::vector<std::uint32_t>(surface->mesh.faces.size(), 0), 80);
+  surface->cells = measure_cells(surface->mesh, std::vector<CellId>(surface->mesh.faces.size(), 0), 80);
   Atlas atlas(surface, static_cast<std::uint32_t>(kAside.aside.size()));
-  std::vector<std::uint32_t> slots;
+  std::vector<ViewSlot> slots;
   for (std::size_t rank = 0; rank < kAside.aside.size(); ++rank) {
     Camera camera = forward_camera(400, 200, {kAside.aside[rank], 0, 0});
     camera.fx = camera.fy = 100;

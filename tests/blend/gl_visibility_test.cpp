@@ -30,8 +30,8 @@ bool no_gl() {
 }
 
 Cells cells_of(const Mesh& mesh, std::uint32_t count) {
-  std::vector<std::uint32_t> cell_of_face(mesh.faces.size());
-  for (std::uint32_t face = 0; face < cell_of_face.size(); ++face) cell_of_face[face] = face % count;
+  std::vector<CellId> cell_of_face(mesh.faces.size());
+  for (std::uint32_t face = 0; face < cell_of_face.size(); ++face) cell_of_face[face] = CellId(face % count);
   return measure_cells(mesh, cell_of_face, 1);
 }
 

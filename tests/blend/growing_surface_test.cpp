@@ -116,7 +116,7 @@ TEST_CASE("surface that is added out of view changes no picture, and is forgotte
 // The stored views with the depth that the surface gives them now.
 void retrace(Atlas& atlas) {
   const auto visibility = make_ray_visibility(atlas.surface()->mesh);
-  for (std::uint32_t slot = 0; slot < atlas.capacity(); ++slot) {
+  for (ViewSlot slot{0}; slot < atlas.capacity(); ++slot) {
     const auto view = atlas.view(slot);
     atlas.replace(slot,
                   make_stored_view(view->name, view->camera, view->photograph, visibility->trace(view->camera), {}));
@@ -130,8 +130,8 @@ TEST_CASE("when a part goes and the views are traced again, the pictures are tho
   const Grown next = grown(*atlas->surface(), emptied_room(atlas->surface()->mesh));
   REQUIRE(next.surface->cells.cells.size() < full.surface->cells.cells.size());
   Atlas fresh(next.surface, kViews);
-  for (std::uint32_t slot = 0; slot < kViews; ++slot) fresh.insert(*atlas->view(slot));
-  for (std::uint32_t cell = 0; cell < next.previous_cell.size(); ++cell) {
+  for (ViewSlot slot{0}; slot < kViews; ++slot) fresh.insert(*atlas->view(slot));
+  for (CellId cell{0}; cell < next.previous_cell.size(); ++cell) {
     REQUIRE(next.previous_cell[cell] != CellId::none);
     fresh.set_references(cell, atlas->references(next.previous_cell[cell]));
     const CellPixels seen{CellId{cell}, 1};

@@ -58,22 +58,22 @@ Snapshot random_snapshot(std::uint32_t seed) {
   auto surface = std::make_shared<Surface>();
   surface->mesh = random_mesh(chance);
   const std::uint32_t cells = 1 + chance.below(20);
-  std::vector<std::uint32_t> cell_of_face;
+  std::vector<CellId> cell_of_face;
   for (std::uint32_t face = 0; face < surface->mesh.faces.size(); ++face) {
-    cell_of_face.push_back(face < cells ? face : chance.below(cells));
+    cell_of_face.emplace_back(face < cells ? face : chance.below(cells));
   }
   surface->cells = measure_cells(surface->mesh, std::move(cell_of_face), chance.uniform(0.1, 4));
   const std::uint32_t views = 1 + chance.below(10);
   Atlas atlas(surface, views + 2);
   for (std::uint32_t view = 0; view < views; ++view) {
     const Camera camera = random_camera(chance, 40 + chance.below(60), 40 + chance.below(60));
-    const std::uint32_t slot = atlas.insert(traced_view(*surface, "", camera, pattern_photograph(camera, view)));
+    const ViewSlot slot = atlas.insert(traced_view(*surface, "", camera, pattern_photograph(camera, view)));
     atlas.set_gain(slot, {chance.uniform(0.5, 2), chance.uniform(0.5, 2), chance.uniform(0.5, 2)});
   }
-  for (std::uint32_t cell = 0; cell < cells; ++cell) {
-    std::vector<std::uint32_t> slots;
+  for (CellId cell{0}; cell < cells; ++cell) {
+    std::vector<ViewSlot> slots;
     const double share = chance.uniform(-0.2, 1.2);
-    for (std::uint32_t view = 0; view < views; ++view) {
+    for (ViewSlot view{0}; view < views; ++view) {
       if (chance.uniform(0, 1) < share) slots.push_back(view);
     }
     atlas.set_references(cell, std::move(slots));
@@ -82,7 +82,7 @@ Snapshot random_snapshot(std::uint32_t seed) {
   }
   Snapshot snapshot = atlas.snapshot();
   if (chance.below(2) == 0) {
-    for (std::uint32_t cell = 0; cell < cells; ++cell) {
+    for (CellId cell{0}; cell < cells; ++cell) {
       snapshot.cell_deviation.push_back(static_cast<float>(chance.uniform(-0.1, 0.3)));
       snapshot.cell_deviation.back() = std::max(snapshot.cell_deviation.back(), 0.0f);
     }

@@ -357,8 +357,8 @@ TEST_CASE("two cells that refer to one view each meet in a line as printed, and 
   Snapshot snapshot = red_and_green();
   auto surface = std::make_shared<Surface>();
   add_wall(surface->mesh, 40, 30, 0.125F, 2);  // fine enough to fade on
-  std::vector<std::uint32_t> cell_of_face;
-  for (std::uint32_t face = 0; face < surface->mesh.faces.size(); ++face) cell_of_face.push_back(face / 2 % 40 / 20);
+  std::vector<CellId> cell_of_face;
+  for (std::uint32_t face = 0; face < surface->mesh.faces.size(); ++face) cell_of_face.emplace_back(face / 2 % 40 / 20);
   surface->cells = measure_cells(surface->mesh, std::move(cell_of_face), 2.5);
   const Camera camera = forward_camera(96, 72);
   for (std::size_t slot = 0; slot < 2; ++slot) {
@@ -402,7 +402,7 @@ TEST_CASE("a contradicted view hardly shows beside another one, and is shown rat
   const Rendering both_trusted = reference(snapshot, camera, {});
   distrust(snapshot, 0);
   Snapshot alone = snapshot;
-  std::fill(alone.references.views.begin(), alone.references.views.end(), 0u);
+  std::fill(alone.references.views.begin(), alone.references.views.end(), ViewSlot{0});
   const auto check_pictures = [&](const Rendering& beside, const Rendering& only) {
     // The red view is the better one by its place: up to twice the green one's weight, times 1/255.
     CHECK(linear_from_srgb(beside.picture.rgb[3 * middle] / 255.0) < 2.5 / 255);

@@ -28,8 +28,8 @@ struct Followed {
   }
 
   // Takes a view's references out of a cell that has some.
-  void refer_to_less(std::uint32_t cell) const {
-    std::vector<std::uint32_t> slots = atlas->references(cell);
+  void refer_to_less(CellId cell) const {
+    std::vector<ViewSlot> slots = atlas->references(cell);
     if (!slots.empty()) slots.pop_back();
     atlas->set_references(cell, slots);
   }
@@ -38,7 +38,7 @@ struct Followed {
   void replace_surface() const {
     const auto next = std::make_shared<const Surface>(*atlas->surface());
     std::vector<CellId> same_cells;
-    for (std::uint32_t cell = 0; cell < next->cells.cells.size(); ++cell) same_cells.emplace_back(cell);
+    for (CellId cell{0}; cell < next->cells.cells.size(); ++cell) same_cells.emplace_back(cell);
     atlas->replace_surface(next, same_cells);
   }
 
@@ -73,7 +73,7 @@ TEST_CASE("the mesh of each later surface is made once, however often the store 
   for (int surface = 0; surface < 2; ++surface) {
     followed.replace_surface();
     CHECK(followed.show().meshes == 1);
-    for (std::uint32_t cell = 1; cell < 4; ++cell) {
+    for (CellId cell{1}; cell < 4; ++cell) {
       followed.refer_to_less(cell);
       CHECK(followed.show().meshes == 0);
     }

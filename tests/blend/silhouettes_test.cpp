@@ -157,7 +157,7 @@ Snapshot panels() {
   const auto surface = std::make_shared<Surface>();
   Mesh& mesh = surface->mesh;
   add_wall(mesh, 4, 4, 1.5f, 0);
-  std::vector<std::uint32_t> cell_of_face(mesh.faces.size(), 0);
+  std::vector<CellId> cell_of_face(mesh.faces.size(), 0);
   std::mt19937 random(3);
   for (std::uint32_t panel = 0; panel < 40; ++panel) {
     const glm::dvec3 middle{uniform(random, -2, 2), uniform(random, -2, 2), uniform(random, 0.1, 0.9)};
@@ -169,16 +169,16 @@ Snapshot panels() {
     }
     mesh.faces.emplace_back(first, first + 2, first + 1);
     mesh.faces.emplace_back(first + 1, first + 2, first + 3);
-    cell_of_face.insert(cell_of_face.end(), 2, panel + 1);
+    cell_of_face.insert(cell_of_face.end(), 2, CellId(panel + 1));
   }
   surface->cells = measure_cells(mesh, std::move(cell_of_face), 0.5);
   Atlas atlas(surface, 6);
-  std::vector<std::uint32_t> slots;
+  std::vector<ViewSlot> slots;
   for (std::uint32_t view = 0; view < 6; ++view) {
     const Camera camera = camera_around(random, {0, 0, 0.5}, 0.5);
     slots.push_back(atlas.insert(traced_view(*surface, "", camera, pattern_photograph(camera, view))));
   }
-  for (std::uint32_t cell = 0; cell <= 40; ++cell) atlas.set_references(cell, slots);
+  for (CellId cell{0}; cell <= 40; ++cell) atlas.set_references(cell, slots);
   return atlas.snapshot();
 }
 

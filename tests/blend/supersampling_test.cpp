@@ -109,7 +109,7 @@ Snapshot snapshot_of(const Checkerboard& board) {
       surface->mesh.faces.emplace_back(first + 1, first + 2, first + 3);
     }
   }
-  surface->cells = measure_cells(surface->mesh, std::vector<std::uint32_t>(surface->mesh.faces.size(), 0), 1);
+  surface->cells = measure_cells(surface->mesh, std::vector<CellId>(surface->mesh.faces.size(), 0), 1);
   snapshot.surface = surface;
   snapshot.vertex_colors = std::move(colors);
   snapshot.cell_seen = {0};

@@ -265,7 +265,7 @@ template <typename Grey>
 Snapshot wall_with(const Camera& camera, const TileOptions& layout, const Grey& grey) {
   const auto surface = std::make_shared<Surface>();
   add_wall(surface->mesh, 4, 4, 4, 4);
-  surface->cells = measure_cells(surface->mesh, std::vector<std::uint32_t>(surface->mesh.faces.size(), 0), 10);
+  surface->cells = measure_cells(surface->mesh, std::vector<CellId>(surface->mesh.faces.size(), 0), 10);
   Photograph photograph{camera.width, camera.height, {}, {}};
   for (std::uint32_t y = 0; y < camera.height; ++y) {
     for (std::uint32_t x = 0; x < camera.width; ++x) {
@@ -431,8 +431,8 @@ TEST_CASE("cells beyond what 16 bits count are drawn from their own tiles") {
   const auto surface = std::make_shared<Surface>();
   add_wall(surface->mesh, 190, 190, 0.02f, 4);
   REQUIRE(surface->mesh.faces.size() > (1u << 16));
-  std::vector<std::uint32_t> own(surface->mesh.faces.size());
-  for (std::uint32_t face = 0; face < own.size(); ++face) own[face] = face;
+  std::vector<CellId> own(surface->mesh.faces.size());
+  for (std::uint32_t face = 0; face < own.size(); ++face) own[face] = CellId(face);
   surface->cells = measure_cells(surface->mesh, std::move(own), 0.02);
   const Camera camera = forward_camera(256, 256);
   const auto visibility = make_ray_visibility(surface->mesh);
@@ -444,8 +444,8 @@ TEST_CASE("cells beyond what 16 bits count are drawn from their own tiles") {
         make_tiled_view("wall", camera, std::move(photograph), visibility->trace(camera), surface->cells, layout, {});
     atlas.insert(std::move(tiled.view), std::move(tiled.shown));
   }
-  for (std::uint32_t cell = 0; cell < surface->cells.cells.size(); ++cell) {
-    atlas.set_references(cell, {cell < (1u << 16) ? 0u : 1u});
+  for (CellId cell{0}; cell < surface->cells.cells.size(); ++cell) {
+    atlas.set_references(cell, {ViewSlot(cell < (1u << 16) ? 0u : 1u)});
   }
   Renderer renderer;
   renderer.load(atlas.snapshot());

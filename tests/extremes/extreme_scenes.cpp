@@ -105,7 +105,7 @@ void check_snapshot(const Snapshot& snapshot) {
     }
   }
   const auto& slots = snapshot.references.views;
-  CHECK(std::all_of(slots.begin(), slots.end(), [&](std::uint32_t slot) { return snapshot.views[slot] != nullptr; }));
+  CHECK(std::all_of(slots.begin(), slots.end(), [&](ViewSlot slot) { return snapshot.views[slot] != nullptr; }));
   CHECK(std::all_of(snapshot.cell_coverage.begin(), snapshot.cell_coverage.end(),
                     [](float coverage) { return std::isfinite(coverage) && coverage >= 0; }));
 }

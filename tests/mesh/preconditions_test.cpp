@@ -38,7 +38,7 @@ std::vector<Use> uses_of_any_coordinates() {
 
 std::vector<Use> uses() {
   static const TemporaryFolder folder;
-  const std::vector<std::uint32_t> of_face(8, 0);
+  const std::vector<CellId> of_face(8, 0);
   const std::vector<FaceId> new_faces(8, FaceId::none);
   return {{"make_cells", [](const Mesh& mesh) { (void)make_cells(mesh, {}); }},
           {"make_cells of a grid",
@@ -102,14 +102,14 @@ TEST_CASE("bounds of a soup need faces that refer to positions") {
 }
 
 TEST_CASE("cells are measured for a size that is one") {
-  const std::vector<std::uint32_t> of_face(8, 0);
+  const std::vector<CellId> of_face(8, 0);
   refused([&] { (void)measure_cells(plane(2, 1), of_face, -1); }, "cells: size is -1, must be finite and not negative");
   refused([&] { (void)measure_cells(plane(2, 1), of_face, std::nan("")); },
           "cells: size is nan, must be finite and not negative");
 }
 
 TEST_CASE("pixels are counted of faces and cells that exist") {
-  Cells cells = measure_cells(plane(2, 1), std::vector<std::uint32_t>(8, 0), 1);
+  Cells cells = measure_cells(plane(2, 1), std::vector<CellId>(8, 0), 1);
   refused(
       [&] {
         (void)count_cell_pixels({1, 1, {1.0f}, {8}}, cells);

@@ -39,7 +39,7 @@ Views random_views(std::mt19937& random, std::size_t count, std::uint32_t cells)
   std::uniform_real_distribution<double> uniform(0, 1);
   Views views(count);
   for (std::vector<CellPart>& view : views) {
-    for (std::uint32_t cell = 0; cell < cells; ++cell) {
+    for (CellId cell{0}; cell < cells; ++cell) {
       if (uniform(random) < 0.5) continue;
       const glm::dvec3 anywhere(uniform(random) - 0.5, uniform(random) - 0.5, uniform(random) - 0.5);
       const glm::dvec3 direction = glm::normalize(room().cells.cells[cell].normal + 2.0 * anywhere);
@@ -55,7 +55,7 @@ double coverage_of(const Views& views, const Choice& choice, const OfflineOption
   CoverageLedger ledger(room(), static_cast<std::uint32_t>(choice.size()), options.coverage,
                         options.min_reference_gain);
   for (const std::vector<CellPart>& view : views) ledger.ask(view);
-  for (std::uint32_t slot = 0; slot < choice.size(); ++slot) ledger.insert(slot, views[choice[slot]]);
+  for (ViewSlot slot{0}; slot < choice.size(); ++slot) ledger.insert(slot, views[choice[slot]]);
   return ledger.summed_coverage();
 }
 
@@ -86,7 +86,7 @@ Choice plain_greedy(const Views& views, std::size_t count, const OfflineOptions&
         best = view;
       }
     }
-    ledger.insert(static_cast<std::uint32_t>(choice.size()), views[best]);
+    ledger.insert(ViewSlot(static_cast<std::uint32_t>(choice.size())), views[best]);
     choice.push_back(best);
   }
   std::sort(choice.begin(), choice.end());

@@ -71,7 +71,7 @@ struct Stream {
 std::vector<CellPart> random_parts(std::mt19937& random, const Surface& surface) {
   std::uniform_real_distribution<double> uniform(-1, 1);
   std::vector<CellPart> parts;
-  for (std::uint32_t cell = 0; cell < surface.cells.cells.size(); ++cell) {
+  for (CellId cell{0}; cell < surface.cells.cells.size(); ++cell) {
     if (random() % 2 == 0) continue;
     const glm::dvec3 anywhere(uniform(random), uniform(random), uniform(random));
     const double cell_share = 0.5 + 0.5 * uniform(random), distance = 2 + uniform(random);
@@ -95,8 +95,8 @@ TEST_CASE("what all offered views are worth is what a store of them all is worth
   for (std::uint32_t view = 0; view < kViews; ++view) {
     const std::vector<CellPart> parts = random_parts(random, *surface);
     offered.add(parts);
-    everything.insert(view, parts);
-    if (view % (kViews / kStored) == 0) store.insert(view / (kViews / kStored), parts);
+    everything.insert(ViewSlot(view), parts);
+    if (view % (kViews / kStored) == 0) store.insert(ViewSlot(view / (kViews / kStored)), parts);
   }
   CHECK(offered.gap(store) == Approx(1 - store.summed_coverage() / everything.summed_coverage()).margin(kRounding));
   CHECK(offered.gap(store) > 0.1);
@@ -112,7 +112,7 @@ TEST_CASE("a view more that is not kept widens the gap as it does once it is add
   for (std::uint32_t view = 0; view < 10; ++view) {
     const std::vector<CellPart> parts = random_parts(random, *surface);
     offered.add(parts);
-    store.insert(view, parts);
+    store.insert(ViewSlot(view), parts);
   }
   REQUIRE(offered.gap(store) == 0);
   const std::vector<CellPart> newcomer = random_parts(random, *surface);
@@ -250,7 +250,7 @@ TEST_CASE("a larger bound leaves fewer references, one of 0 all, and the predict
     CHECK(predicted.loss_db <= bound);
     CHECK(predicted.loss_db == predicted_loss_db(predicted.gap) + predicted_reference_loss_db(predicted.reference_gap));
     const Snapshot snapshot = stream.atlas.snapshot();
-    for (const std::uint32_t slot : snapshot.references.views) REQUIRE(snapshot.views[slot]);
+    for (const ViewSlot slot : snapshot.references.views) REQUIRE(snapshot.views[slot]);
     const std::size_t kept = snapshot.references.views.size();
     CHECK(kept + predicted.references_given_up < last);
     last = kept;
@@ -262,10 +262,11 @@ TEST_CASE("what a cell loses by giving up references is what its service falls b
   std::mt19937 random(7);
   DirectionCoverage coverage(*surface, coverage_for_room(false), 0);
   for (std::uint32_t view = 0; view < 12; ++view) {
-    for (const CellPart& entry : random_parts(random, *surface)) coverage.insert(entry.cell, view, entry.part);
+    for (const CellPart& entry : random_parts(random, *surface))
+      coverage.insert(entry.cell, ViewSlot(view), entry.part);
   }
   std::size_t given_up = 0;
-  for (std::uint32_t cell = 0; cell < surface->cells.cells.size(); ++cell) {
+  for (CellId cell{0}; cell < surface->cells.cells.size(); ++cell) {
     const double before = coverage.reference_service(cell).of_kept;
     const std::size_t references = coverage.references(cell).size();
     double lost = 0, last = 0;
@@ -283,8 +284,8 @@ TEST_CASE("what a cell loses by giving up references is what its service falls b
   CHECK(given_up > 20);
 }
 
-std::vector<std::uint32_t> slots_of(const std::vector<ThinningStep>& order) {
-  std::vector<std::uint32_t> slots;
+std::vector<ViewSlot> slots_of(const std::vector<ThinningStep>& order) {
+  std::vector<ViewSlot> slots;
   for (const ThinningStep& step : order) slots.push_back(step.slot);
   std::sort(slots.begin(), slots.end());
   return slots;
@@ -295,8 +296,8 @@ TEST_CASE("the order of thinning names every view once, and the gap that each le
   stream.walk(30);
   const double whole = stream.planner.store().summed_coverage();
   const std::vector<ThinningStep> order = Hindsight(stream.planner).thinning_order();
-  std::vector<std::uint32_t> all(30);
-  std::iota(all.begin(), all.end(), 0);
+  std::vector<ViewSlot> all(30);
+  std::iota(all.begin(), all.end(), ViewSlot{0});
   CHECK(slots_of(order) == all);
   CHECK(stream.planner.store().stored_views() == 30);
   double last = 0;
@@ -314,7 +315,7 @@ TEST_CASE("the order of thinning names every view once, and the gap that each le
 TEST_CASE("views that are absent count as never offered where a store is thinned without them") {
   Stream all(0.0);
   all.walk(24);
-  const std::vector<std::uint32_t> absent{3, 11, 19};
+  const std::vector<ViewSlot> absent{3, 11, 19};
   const std::vector<ThinningStep> order = Hindsight(all.planner).thinning_order(absent);
   Stream others(0.0);
   for (std::size_t i = 0; i < 24; ++i) {
@@ -329,10 +330,10 @@ TEST_CASE("views that are absent count as never offered where a store is thinned
 TEST_CASE("what cells would refer to among some views is what they refer to once the others are taken away") {
   Stream stream(0.0);
   stream.walk(30);
-  const std::vector<std::uint32_t> all = slots_of(Hindsight(stream.planner).thinning_order());
+  const std::vector<ViewSlot> all = slots_of(Hindsight(stream.planner).thinning_order());
   CHECK(Hindsight(stream.planner).references_among(all).views == stream.atlas.snapshot().references.views);
-  std::vector<std::uint32_t> kept, gone;
-  for (const std::uint32_t slot : all) (slot % 3 == 0 ? gone : kept).push_back(slot);
+  std::vector<ViewSlot> kept, gone;
+  for (const ViewSlot slot : all) (slot % 3 == 0 ? gone : kept).push_back(slot);
   const ReferenceTable among = Hindsight(stream.planner).references_among(kept);
   const ReferenceTable fewer = Hindsight(stream.planner).references_among(kept, {}, 0.1);
   CHECK(fewer.views.size() < among.views.size());
@@ -342,7 +343,8 @@ TEST_CASE("what cells would refer to among some views is what they refer to once
   Pruning(stream.planner).give_up_references(0.1);
   CHECK(stream.atlas.snapshot().references.views == fewer.views);
   CHECK_THROWS_WITH(Pruning(stream.planner).take_away(gone), Catch::Contains("slot 0 holds no view"));
-  CHECK_THROWS_WITH(Pruning(stream.planner).take_away(std::array{3000u}), Catch::Contains("slot 3000 holds no view"));
+  CHECK_THROWS_WITH(Pruning(stream.planner).take_away(std::array{ViewSlot{3000}}),
+                    Catch::Contains("slot 3000 holds no view"));
 }
 
 TEST_CASE("without a bound nothing is taken away and no loss is predicted") {

@@ -47,9 +47,9 @@ TEST_CASE("the first view is kept and every cell that it sees refers to it") {
   REQUIRE(verdict.slot == 0u);
   CHECK(verdict.gain > 0);
   std::size_t referring = 0;
-  for (std::uint32_t cell = 0; cell < scene.surface->cells.cells.size(); ++cell) {
-    const std::vector<std::uint32_t> slots = scene.atlas.references(cell);
-    if (!slots.empty()) CHECK(slots == std::vector<std::uint32_t>{0});
+  for (CellId cell{0}; cell < scene.surface->cells.cells.size(); ++cell) {
+    const std::vector<ViewSlot> slots = scene.atlas.references(cell);
+    if (!slots.empty()) CHECK(slots == std::vector<ViewSlot>{0});
     referring += slots.size();
   }
   CHECK(referring == verdict.cells_seen);
@@ -85,11 +85,11 @@ TEST_CASE(
     REQUIRE(scene.atlas.size() <= 5);
   }
   CHECK(scene.atlas.size() == 5);
-  for (std::uint32_t cell = 0; cell < scene.surface->cells.cells.size(); ++cell) {
-    const std::vector<std::uint32_t> slots = scene.atlas.references(cell);
+  for (CellId cell{0}; cell < scene.surface->cells.cells.size(); ++cell) {
+    const std::vector<ViewSlot> slots = scene.atlas.references(cell);
     CHECK(slots.size() <= options.coverage.max_references);
     CHECK(std::set<std::uint32_t>(slots.begin(), slots.end()).size() == slots.size());
-    for (const std::uint32_t slot : slots) CHECK(scene.atlas.view(slot) != nullptr);
+    for (const ViewSlot slot : slots) CHECK(scene.atlas.view(slot) != nullptr);
   }
 }
 

@@ -105,7 +105,7 @@ TEST_CASE(
   const Pyramid pyramid(scene.photograph);
   const std::vector<SurfaceSample> samples = choose_surface_samples(scene.camera, pyramid, scene.visible, 100);
   std::vector<SurfaceSample> lost = samples;
-  lost.back().face = 1u << 30;
+  lost.back().face = FaceId(1u << 30);
   const std::span<const std::optional<ComparedView>> all(scene.gallery.views);
   const auto medians = [&](const Camera& camera, std::span<const SurfaceSample> points, std::size_t views) {
     return complaint(
@@ -150,7 +150,7 @@ TEST_CASE("an exposure graph refuses slots that it does not have and ratios that
   const glm::dvec3 twice(std::log(2.0));
   graph.set(0, std::vector<ExposureRatio>{{1, twice, twice, 100}});
   const auto before = graph.solve(false);
-  const auto set = [&](std::uint32_t slot, const ExposureRatio& ratio) {
+  const auto set = [&](ViewSlot slot, const ExposureRatio& ratio) {
     return complaint([&] { graph.set(slot, std::vector<ExposureRatio>{ratio}); });
   };
   CHECK(set(2, {1, twice, twice, 1}) == "exposure graph: slot is 2, must be below the number of slots, 2");
@@ -169,7 +169,7 @@ TEST_CASE("a coverage ledger refuses cells and slots that are not there, and opt
   const std::string no_cell = "coverage: a part's cell is " + std::to_string(cells) +
                               ", must be below the number of cells, " + std::to_string(cells);
   const std::string no_slot = "coverage: slot is 2, must be below the number of slots, 2";
-  const std::vector<std::uint32_t> two = {2};
+  const std::vector<ViewSlot> two = {2};
   CHECK(complaint([&] { (void)ledger.gain(lost); }) == no_cell);
   CHECK(complaint([&] { ledger.ask(lost); }) == no_cell);
   CHECK(complaint([&] { ledger.unask(lost); }) == no_cell);
@@ -354,12 +354,12 @@ TEST_CASE("every measure of coverage refuses cells, slots, parts and lists that 
   REQUIRE(coverage->cells() == cells);
   const Contribution part = sound_part();
   coverage->insert(0, 3, part);
-  const auto beyond = static_cast<std::uint32_t>(cells);
+  const CellId beyond(static_cast<std::uint32_t>(cells));
   std::vector<double> four(4), three(3);
   const std::vector<std::uint8_t> victims(4), few(3);
   const std::string no_cell =
       "coverage: cell is " + std::to_string(cells) + ", must be below the number of cells, " + std::to_string(cells);
-  const std::vector<std::uint32_t> slots{3};
+  const std::vector<ViewSlot> slots{3};
   CHECK(complaint([&] { (void)coverage->value(beyond); }) == no_cell);
   CHECK(complaint([&] { (void)coverage->gain(beyond, part, {}, {}); }) == no_cell);
   CHECK(complaint([&] { coverage->add_losses(beyond, 1, four); }) == no_cell);
@@ -382,7 +382,7 @@ TEST_CASE("every measure of coverage refuses cells, slots, parts and lists that 
         "coverage: the size of corrections is 3, must be that of victims, 4");
   CHECK(complaint([&] { coverage->add_losses(0, kNan, four); }) == "coverage: factor is nan, must be finite");
   CHECK(complaint([&] { coverage->insert(0, 3, part); }) == "coverage: slot is 3, must not be a member of cell 0 yet");
-  CHECK(complaint([&] { coverage->insert(0, ~0u, part); }) ==
+  CHECK(complaint([&] { coverage->insert(0, ViewSlot::none, part); }) ==
         "coverage: slot is 4294967295, must be below the largest number that is no slot, 4294967295");
   CHECK(complaint([&] { coverage->erase(0, 2); }) == "coverage: slot is 2, must be a member of cell 0");
 

@@ -93,7 +93,7 @@ struct PlannedSurface {
   Planner planner;
 };
 
-std::vector<std::uint32_t> sorted(std::vector<std::uint32_t> slots) {
+std::vector<ViewSlot> sorted(std::vector<ViewSlot> slots) {
   std::sort(slots.begin(), slots.end());
   return slots;
 }
@@ -101,14 +101,14 @@ std::vector<std::uint32_t> sorted(std::vector<std::uint32_t> slots) {
 // As if the scene had been planned with this geometry from the start.
 void check_against_new_start(const PlannedSurface& scene) {
   PlannedSurface fresh(scene.surface, false);
-  for (std::uint32_t slot = 0; slot < scene.atlas.size(); ++slot) fresh.keep(slot);
+  for (ViewSlot slot{0}; slot < scene.atlas.size(); ++slot) fresh.keep(slot);
   CHECK(scene.planner.store().summed_coverage() == Approx(fresh.planner.store().summed_coverage()).margin(1e-5));
   std::size_t different = 0;
-  for (std::uint32_t cell = 0; cell < scene.surface->cells.cells.size(); ++cell) {
+  for (CellId cell{0}; cell < scene.surface->cells.cells.size(); ++cell) {
     different += sorted(scene.atlas.references(cell)) != sorted(fresh.atlas.references(cell));
   }
   CHECK(different == 0);
-  for (std::uint32_t slot = 0; slot < scene.atlas.size(); ++slot) {
+  for (ViewSlot slot{0}; slot < scene.atlas.size(); ++slot) {
     CHECK(scene.atlas.view(slot)->mask->depth == fresh.atlas.view(slot)->mask->depth);
     CHECK(scene.atlas.view(slot)->mask->validity == fresh.atlas.view(slot)->mask->validity);
   }
@@ -136,7 +136,7 @@ TEST_CASE("where all cells are new, the store is compared with what it still hol
   CHECK(Pruning(planner).predicted_loss().gap == Approx(0).margin(1e-5));
   const std::vector<ThinningStep> order = Hindsight(planner).thinning_order();
   REQUIRE(order.size() == kMostViews);
-  Pruning(planner).take_away(std::vector<std::uint32_t>{order[0].slot, order[1].slot, order[2].slot, order[3].slot});
+  Pruning(planner).take_away(std::vector<ViewSlot>{order[0].slot, order[1].slot, order[2].slot, order[3].slot});
   const double gap = Pruning(planner).predicted_loss().gap;
   CHECK(gap == Approx(order[3].gap).margin(1e-5));
   CHECK(gap > 1e-3);
@@ -173,11 +173,11 @@ TEST_CASE("views that cannot see a change are left alone") {
   PlannedSurface scene(room_surface(), false);
   for (std::size_t i = 0; i < kMostViews; ++i) scene.keep(i);
   std::vector<std::shared_ptr<const StoredView>> before;
-  for (std::uint32_t slot = 0; slot < kMostViews; ++slot) before.push_back(scene.atlas.view(slot));
+  for (ViewSlot slot{0}; slot < kMostViews; ++slot) before.push_back(scene.atlas.view(slot));
   const SurfaceUpdate update = scene.become(grown(*scene.surface, with_panel(scene.surface->mesh, 1.8f)));
   CHECK(update.views_seen_again < kMostViews);
   std::uint32_t touched = 0;
-  for (std::uint32_t slot = 0; slot < kMostViews; ++slot) touched += scene.atlas.view(slot) != before[slot];
+  for (ViewSlot slot{0}; slot < kMostViews; ++slot) touched += scene.atlas.view(slot) != before[slot];
   CHECK(touched == update.depths_made_again);
   CHECK(touched >= 1);
   CHECK(touched < kMostViews);

@@ -30,8 +30,8 @@ struct TileStore {
       views.push_back(std::make_shared<const StoredView>(std::move(tiled.view)));
       shown.push_back(std::make_shared<const std::vector<ShownCell>>(std::move(tiled.shown)));
     }
-    for (std::uint32_t cell = 0; cell < kCells; ++cell) {
-      for (std::uint32_t i = 0; i < references_per_cell; ++i) references.views.push_back(i);
+    for (CellId cell{0}; cell < kCells; ++cell) {
+      for (std::uint32_t i = 0; i < references_per_cell; ++i) references.views.emplace_back(i);
       references.offsets.push_back(static_cast<std::uint32_t>(references.views.size()));
     }
   }
@@ -60,7 +60,7 @@ struct TileStore {
     return tiles;
   }
 
-  [[nodiscard]] double pixels(std::uint32_t view, std::uint32_t cell, const std::set<Tile>* within) const {
+  [[nodiscard]] double pixels(std::uint32_t view, CellId cell, const std::set<Tile>* within) const {
     double sum = 0;
     for (const ShownCell& part : *shown[view]) {
       if (part.cell == cell && (!within || within->count({view, part.tile}) != 0)) sum += part.pixels;
@@ -71,7 +71,7 @@ struct TileStore {
   // Returns the value of the tiles by the formula in tile_choice.h.
   [[nodiscard]] double worth(const std::set<Tile>& tiles) const {
     double sum = 0;
-    for (std::uint32_t cell = 0; cell < kCells; ++cell) {
+    for (CellId cell{0}; cell < kCells; ++cell) {
       const glm::dvec3 place = surface->cells.cells[cell].centroid;
       for (std::uint32_t asked = 0; asked < views.size(); ++asked) {
         const double weight = pixels(asked, cell, nullptr);
@@ -411,7 +411,7 @@ TEST_CASE("cells refer to the views whose resident tiles show them, and to no mo
     const std::set<Tile> tiles = store.chosen(40);
     CHECK(tiles.size() <= 40);
     REQUIRE(store.resulting.offsets.size() == TileStore::kCells + 1);
-    for (std::uint32_t cell = 0; cell < TileStore::kCells; ++cell) {
+    for (CellId cell{0}; cell < TileStore::kCells; ++cell) {
       const auto views = store.resulting.of_cell(cell);
       CHECK(views.size() <= most);
       CHECK(std::is_sorted(views.begin(), views.end()));
@@ -446,13 +446,13 @@ TEST_CASE("a store never has more tiles resident than its array, and refers to n
       REQUIRE(tiles.resident_tiles() <= most);
       REQUIRE(tiles.slots_needed() <= most);
       was_full |= tiles.resident_tiles() == most;
-      for (std::uint32_t cell = 0; cell < 9; ++cell) {
+      for (CellId cell{0}; cell < 9; ++cell) {
         REQUIRE(snapshot.references.of_cell(cell).size() <= stream.atlas.references(cell).size());
         for (const std::uint32_t view : snapshot.references.of_cell(cell)) {
           REQUIRE(snapshot.views[view]);
           const auto first = tiles.slots.begin() + tiles.first_tile[view];
           REQUIRE(std::any_of(first, tiles.slots.begin() + tiles.first_tile[view + 1],
-                              [](std::uint32_t slot) { return slot != TilePlace::none; }));
+                              [](TilePlace slot) { return slot != TilePlace::none; }));
         }
       }
     }

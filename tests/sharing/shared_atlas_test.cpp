@@ -79,7 +79,7 @@ bool is_consistent(const Snapshot& snapshot) {
          snapshot.vertex_colors.size() == snapshot.surface->mesh.positions.size() &&
          snapshot.gains.size() == snapshot.views.size() &&
          std::all_of(snapshot.references.views.begin(), snapshot.references.views.end(),
-                     [&](std::uint32_t slot) { return snapshot.views[slot] != nullptr; });
+                     [&](ViewSlot slot) { return snapshot.views[slot] != nullptr; });
 }
 
 // From a place that no view is offered from.

@@ -28,7 +28,7 @@ inline Snapshot far_snapshot() {
     atlas.insert(traced_view(*surface, aside < 0 ? "left" : "right", camera, position_photograph(40, 30)));
   }
   std::vector<CellPixels> seen;
-  for (std::uint32_t cell = 0; cell < surface->cells.cells.size(); ++cell) {
+  for (CellId cell{0}; cell < surface->cells.cells.size(); ++cell) {
     atlas.set_references(cell, {0, 1});
     seen.push_back({CellId{cell}, 1});
   }

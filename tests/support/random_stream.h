@@ -26,24 +26,25 @@ struct RandomStream {
         atlas(surface, 6, layout, std::move(policy)) {}
 
   void step(std::mt19937& random) {
-    if (atlas.size() == atlas.capacity() || (atlas.size() > 0 && below(3, random) == 0)) drop(below(6, random));
+    if (atlas.size() == atlas.capacity() || (atlas.size() > 0 && below(3, random) == 0))
+      drop(ViewSlot(below(6, random)));
     std::uniform_real_distribution<double> place(-0.4, 0.4);
     const Camera camera = oblique_camera(33 + below(20, random), 30 + below(20, random), place(random),
                                          {place(random), place(random), place(random)});
     TiledView tiled = make_tiled_view("view", camera, position_photograph(camera.width, camera.height),
                                       visibility->trace(camera), surface->cells, atlas.layout(), {});
-    const std::uint32_t slot = atlas.insert(std::move(tiled.view), std::move(tiled.shown));
-    for (std::uint32_t cell = 0; cell < 9; ++cell) {
-      std::vector<std::uint32_t> slots = atlas.references(cell);
+    const ViewSlot slot = atlas.insert(std::move(tiled.view), std::move(tiled.shown));
+    for (CellId cell{0}; cell < 9; ++cell) {
+      std::vector<ViewSlot> slots = atlas.references(cell);
       if (below(2, random) == 0) slots.push_back(slot);
       atlas.set_references(cell, slots);
     }
   }
 
-  void drop(std::uint32_t slot) {
-    if (!atlas.view(slot)) return drop((slot + 1) % 6);
-    for (std::uint32_t cell = 0; cell < 9; ++cell) {
-      std::vector<std::uint32_t> slots = atlas.references(cell);
+  void drop(ViewSlot slot) {
+    if (!atlas.view(slot)) return drop(ViewSlot((slot + 1) % 6));
+    for (CellId cell{0}; cell < 9; ++cell) {
+      std::vector<ViewSlot> slots = atlas.references(cell);
       std::erase(slots, slot);
       atlas.set_references(cell, slots);
     }

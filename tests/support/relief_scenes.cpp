@@ -153,19 +153,19 @@ std::vector<glm::dvec3> Relief::points(const Camera& camera, std::uint32_t colum
 
 Gallery::Gallery(std::uint32_t capacity) : atlas(relief.surface, capacity), views(capacity) {}
 
-std::uint32_t Gallery::add(const Camera& camera, const Photograph& photograph, const glm::dvec3& gain,
-                           std::vector<std::uint8_t> trust) {
-  const std::uint32_t slot =
+ViewSlot Gallery::add(const Camera& camera, const Photograph& photograph, const glm::dvec3& gain,
+                      std::vector<std::uint8_t> trust) {
+  const ViewSlot slot =
       atlas.insert(make_stored_view("view " + std::to_string(atlas.size()), camera, photograph,
                                     relief.visibility->trace(camera), ValidityOptions{}, std::move(trust)));
   atlas.set_gain(slot, gain);
   std::shared_ptr<const StoredView> view = atlas.view(slot);
   views[slot] = ComparedView{view, view->camera, Pyramid(view->photograph->span()), gain};
-  std::vector<std::uint32_t> slots;
-  for (std::uint32_t i = 0; i < atlas.capacity(); ++i) {
+  std::vector<ViewSlot> slots;
+  for (ViewSlot i{0}; i < atlas.capacity(); ++i) {
     if (atlas.view(i)) slots.push_back(i);
   }
-  for (std::uint32_t cell = 0; cell < relief.surface->cells.cells.size(); ++cell) atlas.set_references(cell, slots);
+  for (CellId cell{0}; cell < relief.surface->cells.cells.size(); ++cell) atlas.set_references(cell, slots);
   return slot;
 }
 

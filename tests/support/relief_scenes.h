@@ -62,8 +62,8 @@ struct Relief {
 // Views of a relief, all stored, every cell referring to all of them.
 struct Gallery {
   explicit Gallery(std::uint32_t capacity);
-  std::uint32_t add(const Camera& camera, const Photograph& photograph, const glm::dvec3& gain = glm::dvec3(1.0),
-                    std::vector<std::uint8_t> trust = {});
+  ViewSlot add(const Camera& camera, const Photograph& photograph, const glm::dvec3& gain = glm::dvec3(1.0),
+               std::vector<std::uint8_t> trust = {});
 
   Relief relief;
   Atlas atlas;

@@ -77,7 +77,7 @@ std::unique_ptr<Atlas> room_atlas(std::size_t views, const ValidityOptions& opti
   const auto surface = room_surface();
   const auto visibility = make_ray_visibility(surface->mesh);
   auto atlas = std::make_unique<Atlas>(surface, static_cast<std::uint32_t>(views), layout, std::move(policy));
-  std::vector<std::vector<std::uint32_t>> references(surface->cells.cells.size());
+  std::vector<std::vector<ViewSlot>> references(surface->cells.cells.size());
   for (std::size_t number = 0; number < views; ++number) {
     const Camera camera = room_camera(number);
     VisibilityBuffer visible = visibility->trace(camera);
@@ -85,10 +85,10 @@ std::unique_ptr<Atlas> room_atlas(std::size_t views, const ValidityOptions& opti
     atlas->mark_seen(seen);
     TiledView tiled = make_tiled_view("view " + std::to_string(number), camera, pattern_photograph(camera, number),
                                       std::move(visible), surface->cells, layout, options);
-    const std::uint32_t slot = atlas->insert(std::move(tiled.view), std::move(tiled.shown));
+    const ViewSlot slot = atlas->insert(std::move(tiled.view), std::move(tiled.shown));
     for (const CellPixels& cell : seen) references[cell.cell].push_back(slot);
   }
-  for (std::uint32_t cell = 0; cell < references.size(); ++cell) atlas->set_references(cell, references[cell]);
+  for (CellId cell{0}; cell < references.size(); ++cell) atlas->set_references(cell, references[cell]);
   return atlas;
 }
 

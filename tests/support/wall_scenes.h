@@ -60,9 +60,9 @@ inline std::shared_ptr<const Surface> wall_and_panel(std::uint32_t cells = 5) {
   add_wall(surface->mesh, 4, 4, 1, 4);
   add_wall(surface->mesh, 1, 1, 0.5f, 2);
   const std::size_t faces = surface->mesh.faces.size();
-  std::vector<std::uint32_t> cell_of_face;
+  std::vector<CellId> cell_of_face;
   for (std::size_t face = 0; face < faces; ++face) {
-    cell_of_face.push_back(static_cast<std::uint32_t>(face * cells / faces));
+    cell_of_face.emplace_back(static_cast<std::uint32_t>(face * cells / faces));
   }
   surface->cells = measure_cells(surface->mesh, std::move(cell_of_face), 1.25);
   surface->offset = {4.5e6, -12.25, 0.1};

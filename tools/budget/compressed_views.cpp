@@ -18,7 +18,7 @@ std::vector<SharedShownCells> shown_in(const TileOptions& layout, const Atlas& a
   std::vector<SharedShownCells> shown(atlas.capacity(), std::make_shared<const std::vector<ShownCell>>());
   tbb::parallel_for(std::size_t{0}, shown.size(), [&](std::size_t slot) {
     throw_if_interrupted();
-    const auto view = atlas.view(static_cast<std::uint32_t>(slot));
+    const auto view = atlas.view(ViewSlot(static_cast<std::uint32_t>(slot)));
     if (!view) return;
     const VisibilityBuffer visible = visibility.trace_sparsely(view->camera);
     shown[slot] = std::make_shared<const std::vector<ShownCell>>(

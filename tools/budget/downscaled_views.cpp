@@ -46,7 +46,7 @@ ValidityOptions validity_at_scale(const ValidityOptions& validity, double scale)
 
 ScaledViews::ScaledViews(Atlas& atlas, const Visibility& visibility, const ValidityOptions& validity)
     : atlas_(atlas), visibility_(visibility), validity_(validity) {
-  for (std::uint32_t slot = 0; slot < atlas.capacity(); ++slot) views_.push_back(atlas.view(slot));
+  for (ViewSlot slot{0}; slot < atlas.capacity(); ++slot) views_.push_back(atlas.view(slot));
 }
 
 TiledView ScaledViews::scaled(const StoredView& view, double share) const {
@@ -72,7 +72,7 @@ void ScaledViews::scale_to(double share) {
     if (!views_[slot]) return;
     throw_if_interrupted();
     TiledView tiled = scaled(*views_[slot], share);
-    atlas_.replace(static_cast<std::uint32_t>(slot), std::move(tiled.view), std::move(tiled.shown));
+    atlas_.replace(ViewSlot(static_cast<std::uint32_t>(slot)), std::move(tiled.view), std::move(tiled.shown));
   });
   share_ = share;
 }

@@ -25,7 +25,7 @@ std::uint64_t bytes_of(const SurfaceInput& input) {
 
 std::vector<Camera> stored_cameras(const Atlas& atlas) {
   std::vector<Camera> cameras;
-  for (std::uint32_t slot = 0; slot < atlas.capacity(); ++slot) {
+  for (ViewSlot slot{0}; slot < atlas.capacity(); ++slot) {
     if (const auto view = atlas.view(slot)) cameras.push_back(view->camera);
   }
   return cameras;

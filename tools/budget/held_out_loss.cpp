@@ -37,16 +37,16 @@ double spread(std::size_t index, double step) {
   return std::modf(0.5 + step * static_cast<double>(index), &whole);
 }
 
-std::vector<std::uint32_t> stored_slots(const Snapshot& store) {
-  std::vector<std::uint32_t> slots;
-  for (std::uint32_t slot = 0; slot < store.views.size(); ++slot) {
+std::vector<ViewSlot> stored_slots(const Snapshot& store) {
+  std::vector<ViewSlot> slots;
+  for (ViewSlot slot{0}; slot < store.views.size(); ++slot) {
     if (store.views[slot]) slots.push_back(slot);
   }
   return slots;
 }
 
 // A view that is left out lends nothing: neither colours nor its exposure.
-void leave_out(std::uint32_t slot, Snapshot& store) {
+void leave_out(ViewSlot slot, Snapshot& store) {
   TileTable& tiles = store.tiles;
   if (tiles.whole_views()) {
     store.views[slot].reset();
@@ -123,7 +123,7 @@ HeldOutLoss::HeldOutLoss(const Planner& planner, const Atlas& atlas, BuildStage&
 }
 
 // Views in neighbouring slots, which mostly came one after the other, go into different folds.
-void HeldOutLoss::deal(const std::vector<std::uint32_t>& slots) {
+void HeldOutLoss::deal(const std::vector<ViewSlot>& slots) {
   folds_.resize(std::min(kFolds, slots.size()));
   std::size_t pictures = 0;
   for (std::size_t f = 0; f < folds_.size(); ++f) {
@@ -137,28 +137,28 @@ void HeldOutLoss::deal(const std::vector<std::uint32_t>& slots) {
   for (Fold& fold : folds_) {
     const std::size_t count = std::min(kMostPictures, fold.absent.size());
     for (std::size_t i = 0; i < count; ++i) {
-      const std::uint32_t slot = fold.absent[i * fold.absent.size() / count];
+      const ViewSlot slot = fold.absent[i * fold.absent.size() / count];
       fold.pictures.push_back(picture_of(*store_.views[slot], side_px, index++));
     }
   }
 }
 
-std::vector<std::uint32_t> HeldOutLoss::kept_of(Fold& fold, std::optional<double> gap) const {
-  std::vector<std::uint32_t> gone = fold.absent;
+std::vector<ViewSlot> HeldOutLoss::kept_of(Fold& fold, std::optional<double> gap) const {
+  std::vector<ViewSlot> gone = fold.absent;
   if (gap && fold.order.empty()) fold.order = Hindsight(planner_).thinning_order(fold.absent);
   for (const ThinningStep& step : fold.order) {
     if (gap && step.gap <= *gap) gone.push_back(step.slot);
   }
-  std::vector<std::uint32_t> kept = stored_slots(store_);
-  std::erase_if(kept, [&](std::uint32_t slot) { return std::find(gone.begin(), gone.end(), slot) != gone.end(); });
+  std::vector<ViewSlot> kept = stored_slots(store_);
+  std::erase_if(kept, [&](ViewSlot slot) { return std::find(gone.begin(), gone.end(), slot) != gone.end(); });
   return kept;
 }
 
 void HeldOutLoss::load(Fold& fold, const GivenUp& given_up) {
-  const std::vector<std::uint32_t> kept = kept_of(fold, given_up.gap);
+  const std::vector<ViewSlot> kept = kept_of(fold, given_up.gap);
   Snapshot store = store_;  // its photographs are shared
   store.references = Hindsight(planner_).references_among(kept, fold.absent, given_up.reference_loss_db);
-  for (std::uint32_t slot = 0; slot < store.views.size(); ++slot) {
+  for (ViewSlot slot{0}; slot < store.views.size(); ++slot) {
     if (!std::binary_search(kept.begin(), kept.end(), slot)) leave_out(slot, store);
   }
   leave_out_views_without_tiles(store);
@@ -171,7 +171,7 @@ void HeldOutLoss::load(Fold& fold, const GivenUp& given_up) {
 void HeldOutLoss::keep_tiles(double share, Snapshot& store) const {
   TileTable& tiles = store.tiles;
   std::vector<SharedShownCells> shown;
-  for (std::uint32_t slot = 0; slot < store.views.size(); ++slot) {
+  for (ViewSlot slot{0}; slot < store.views.size(); ++slot) {
     auto resident = std::make_shared<std::vector<ShownCell>>();
     if (store.views[slot]) {
       const SharedShownCells parts = atlas_.shown(slot);

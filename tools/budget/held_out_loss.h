@@ -53,13 +53,13 @@ class HeldOutLoss {
     Scores whole;                      // for the whole store
   };
   struct Fold {
-    std::vector<std::uint32_t> absent;  // the slots of its views
-    std::vector<Picture> pictures;      // some of its pictures
-    std::vector<ThinningStep> order;    // order of thinning the other folds' views; empty until it is needed
+    std::vector<ViewSlot> absent;     // the slots of its views
+    std::vector<Picture> pictures;    // some of its pictures
+    std::vector<ThinningStep> order;  // order of thinning the other folds' views; empty until it is needed
   };
   [[nodiscard]] static Picture picture_of(const StoredView& view, std::uint32_t side_px, std::size_t index);
-  void deal(const std::vector<std::uint32_t>& slots);
-  [[nodiscard]] std::vector<std::uint32_t> kept_of(Fold& fold, std::optional<double> gap) const;
+  void deal(const std::vector<ViewSlot>& slots);
+  [[nodiscard]] std::vector<ViewSlot> kept_of(Fold& fold, std::optional<double> gap) const;
   void load(Fold& fold, const GivenUp& given_up);
   void keep_tiles(double share, Snapshot& store) const;
   void compare_with_whole(Picture& picture);

@@ -30,7 +30,7 @@ ThinnedViews thin_views_within(double max_loss_db, double reference_loss_db, Pla
     fits = most_that_fit(fits, {});
     thinned.loss = measured.now(without(fits));
   }
-  std::vector<std::uint32_t> gone;
+  std::vector<ViewSlot> gone;
   for (std::size_t i = 0; i < fits; ++i) {
     gone.push_back(order[i].slot);
     thinned.taken_away.push_back(planner.store().name_of(order[i].slot));

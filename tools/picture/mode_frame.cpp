@@ -33,7 +33,7 @@ PixelMark mark_of(PixelState state) {
   return PixelMark::number;
 }
 
-PixelMark mark_of_cell(const Snapshot& snapshot, std::uint32_t cell) {
+PixelMark mark_of_cell(const Snapshot& snapshot, CellId cell) {
   if (snapshot.cell_seen[cell] == 0) return PixelMark::unseen;
   return snapshot.references.of_cell(cell).empty() ? PixelMark::untextured : PixelMark::number;
 }
@@ -56,7 +56,7 @@ ModeFrame cell_frame(const VisibilityBuffer& visible, const Snapshot& snapshot, 
   ModeFrame frame = blank_frame(visible.width, visible.height, 1);
   for (std::size_t pixel = 0; pixel < frame.marks.size(); ++pixel) {
     if (visible.face[pixel] == FaceId::none) continue;
-    const std::uint32_t cell = snapshot.surface->cells.cell_of_face[visible.face[pixel]];
+    const CellId cell = snapshot.surface->cells.cell_of_face[visible.face[pixel]];
     frame.marks[pixel] = always ? PixelMark::number : mark_of_cell(snapshot, cell);
     if (frame.marks[pixel] == PixelMark::number) frame.values[pixel] = value_of_cell[cell];
   }

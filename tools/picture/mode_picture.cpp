@@ -88,7 +88,7 @@ std::vector<NamedColor> names_of(const Snapshot& snapshot, Mode mode) {
     names = {{{255, 0, 0}, "red: best view"}, {{0, 255, 0}, "green: second"}, {{0, 0, 255}, "blue: third"}};
   }
   if (mode == Mode::winner && snapshot.views.size() <= kMostNames) {
-    for (std::uint32_t slot = 0; slot < snapshot.views.size(); ++slot) {
+    for (ViewSlot slot{0}; slot < snapshot.views.size(); ++slot) {
       if (snapshot.views[slot]) names.push_back({distinct_color(slot), snapshot.views[slot]->name});
     }
   }

@@ -13,11 +13,11 @@ namespace {
 
 constexpr std::uint32_t kGlancePx = 48;  // longer side
 
-bool is_photographed(const Snapshot& snapshot, std::uint32_t cell, const glm::dvec3& point, const glm::dvec3& from) {
+bool is_photographed(const Snapshot& snapshot, CellId cell, const glm::dvec3& point, const glm::dvec3& from) {
   const double distance = glm::distance(point, from);
   const glm::dvec3 direction = (point - from) / distance;
   const auto views = snapshot.references.of_cell(cell);
-  return std::any_of(views.begin(), views.end(), [&](std::uint32_t slot) {
+  return std::any_of(views.begin(), views.end(), [&](ViewSlot slot) {
     const glm::dvec3 from_view = point - snapshot.views[slot]->camera.center();
     const double view_distance = glm::length(from_view);
     return view_distance < kPhotographedEnlargement * distance &&

@@ -71,7 +71,7 @@ void give_up_texels(double max_loss_db, double reference_loss_db, Atlas& atlas, 
 // Returns the cameras of the offered views that were rejected, without outliers.
 std::vector<Camera> turned_away(const Stream& stream, const std::vector<PlannedView>& planned, const Atlas& atlas) {
   std::set<std::string> stored;
-  for (std::uint32_t slot = 0; slot < atlas.capacity(); ++slot) {
+  for (ViewSlot slot{0}; slot < atlas.capacity(); ++slot) {
     if (const auto view = atlas.view(slot)) stored.insert(view->name);
   }
   std::vector<Camera> cameras;

@@ -61,7 +61,7 @@ glm::vec3 TexturedPicture::between_texels(const Level& level, const glm::vec2& u
   return sum;
 }
 
-glm::vec3 TexturedPicture::sample(std::uint32_t face, const glm::dvec3& point, double sample_size) const {
+glm::vec3 TexturedPicture::sample(FaceId face, const glm::dvec3& point, double sample_size) const {
   const std::uint32_t chart = mesh_.chart_of_face()[face];
   const ChartPlace& place = mesh_.layout().places[chart];
   const glm::vec2 uv = mesh_.layout().uv(mesh_.charts()[chart], place, point);

@@ -30,7 +30,7 @@ class TexturedPicture {
     std::uint32_t side = 0;
     std::vector<std::uint8_t> rgb;
   };
-  [[nodiscard]] glm::vec3 sample(std::uint32_t face, const glm::dvec3& point, double sample_size) const;
+  [[nodiscard]] glm::vec3 sample(FaceId face, const glm::dvec3& point, double sample_size) const;
   static Level coarser(const Level& fine);
   static glm::vec3 between_texels(const Level& level, const glm::vec2& uv);
 

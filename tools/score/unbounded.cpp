@@ -25,7 +25,7 @@ ReferenceTable table_of(const std::vector<std::vector<CellPixels>>& cells_of_vie
   ReferenceTable table;
   table.offsets = next;
   table.views.resize(next.back());
-  for (std::uint32_t view = 0; view < cells_of_view.size(); ++view) {
+  for (ViewSlot view{0}; view < cells_of_view.size(); ++view) {
     for (const CellPixels& seen : cells_of_view[view]) table.views[next[seen.cell]++] = view;
   }
   return table;

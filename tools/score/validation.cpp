@@ -67,7 +67,7 @@ std::string folder_name(std::size_t index) {
 std::vector<std::uint8_t> seen_mask(const VisibilityBuffer& visible) {
   std::vector<std::uint8_t> mask(visible.face.size());
   std::transform(visible.face.begin(), visible.face.end(), mask.begin(),
-                 [](std::uint32_t face) { return static_cast<std::uint8_t>(face != FaceId::none); });
+                 [](FaceId face) { return static_cast<std::uint8_t>(face != FaceId::none); });
   return mask;
 }
 

@@ -31,7 +31,7 @@ GatheredPlaces gathered_places(const GatheredOn& on, const TextureLayout& layout
     const std::vector<ChartTexel> texels = chart_texels(on.places.surface().mesh, on.charts[charts[i]], place, layout);
     for (std::size_t t = 0; t < texels.size(); ++t) {
       const ChartTexel& texel = texels[t];
-      if (texel.face == ChartTexel::kNoFaceHere) continue;
+      if (texel.face == FaceId::none) continue;
       of_chart[i].push_back({texel.face, texel.share_b, texel.share_c, static_cast<std::uint16_t>(t % place.width),
                              static_cast<std::uint16_t>(t / place.width), texel.distance == 0});
     }

@@ -26,7 +26,7 @@ struct GatheredOn {
 
 // A place of a chart that something is gathered at.
 struct GatheredPlace {
-  std::uint32_t face;
+  FaceId face;
   float share_b, share_c;
   std::uint16_t x, y;  // in the chart's rectangle, texels
   bool inside;         // the texel's middle lies on the face

@@ -22,7 +22,7 @@ namespace {
 using glm::dvec3;
 
 // Shares of a face's second and third corner at a point of its plane.
-glm::vec2 shares_at(const Mesh& mesh, std::uint32_t face, const dvec3& point) {
+glm::vec2 shares_at(const Mesh& mesh, FaceId face, const dvec3& point) {
   const glm::uvec3& f = mesh.faces[face];
   const dvec3 a(mesh.positions[f.x]), ab = dvec3(mesh.positions[f.y]) - a, ac = dvec3(mesh.positions[f.z]) - a;
   const dvec3 normal = glm::cross(ab, ac);
@@ -192,7 +192,7 @@ std::vector<double> densities_of(const OfferedPhotographs& offered, const Surfac
     const double focal_px = std::sqrt(photograph.camera.fx * photograph.camera.fy);
     for (std::size_t i = 0; i < visible.face.size(); ++i) {
       if (visible.face[i] == FaceId::none) continue;
-      const std::uint32_t cell = surface.cells.cell_of_face[visible.face[i]];
+      const CellId cell = surface.cells.cell_of_face[visible.face[i]];
       sums[cell] += std::log(focal_px / static_cast<double>(visible.depth[i]));
       ++counts[cell];
     }

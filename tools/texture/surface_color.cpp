@@ -30,7 +30,7 @@ SurfaceColors::SurfaceColors(const SurfacePlaces& places, const TextureViews& vi
   check(options);
 }
 
-void SurfaceColors::find_shown(std::uint32_t face, const SurfacePlace& place, double density,
+void SurfaceColors::find_shown(FaceId face, const SurfacePlace& place, double density,
                                std::vector<ShownPlace>& shown) const {
   struct Located {
     const TextureView* view;
@@ -38,7 +38,7 @@ void SurfaceColors::find_shown(std::uint32_t face, const SurfacePlace& place, do
   };
   thread_local std::vector<Located> located;
   located.clear();
-  const std::uint32_t cell = places_.surface().cells.cell_of_face[face];
+  const CellId cell = places_.surface().cells.cell_of_face[face];
   for (std::uint32_t i = views_.first_seen[cell]; i < views_.first_seen[cell + 1]; ++i) {
     const TextureView& view = views_.views[views_.seen_by[i]];
     TextureView::ImagePoint in_image;
@@ -53,7 +53,7 @@ void SurfaceColors::find_shown(std::uint32_t face, const SurfacePlace& place, do
   }
 }
 
-const std::vector<ShownPlace>& SurfaceColors::look(std::uint32_t face, const SurfacePlace& place, double density,
+const std::vector<ShownPlace>& SurfaceColors::look(FaceId face, const SurfacePlace& place, double density,
                                                    Consensus& consensus) const {
   constexpr int kRounds = 4;
   thread_local std::vector<ShownPlace> shown;
@@ -67,13 +67,13 @@ const std::vector<ShownPlace>& SurfaceColors::look(std::uint32_t face, const Sur
   return shown;
 }
 
-Consensus SurfaceColors::consensus(std::uint32_t face, float b, float c, double density) const {
+Consensus SurfaceColors::consensus(FaceId face, float b, float c, double density) const {
   Consensus consensus;
   (void)look(face, places_.at(face, b, c), density, consensus);
   return consensus;
 }
 
-SurfaceColor SurfaceColors::at(std::uint32_t face, float b, float c, double density) const {
+SurfaceColor SurfaceColors::at(FaceId face, float b, float c, double density) const {
   const SurfacePlace place = places_.at(face, b, c);
   Consensus consensus;
   const std::vector<ShownPlace>& shown = look(face, place, density, consensus);

@@ -58,14 +58,14 @@ class SurfaceColors {
 
   // At shares b and c of a face's second and third corner; `density`: texels per scene unit. These are safe from any
   // thread.
-  [[nodiscard]] SurfaceColor at(std::uint32_t face, float b, float c, double density) const;
-  [[nodiscard]] Consensus consensus(std::uint32_t face, float b, float c, double density) const;
+  [[nodiscard]] SurfaceColor at(FaceId face, float b, float c, double density) const;
+  [[nodiscard]] Consensus consensus(FaceId face, float b, float c, double density) const;
 
  private:
   // Collects the views' colours of the point in `shown`.
-  void find_shown(std::uint32_t face, const SurfacePlace& place, double density, std::vector<ShownPlace>& shown) const;
+  void find_shown(FaceId face, const SurfacePlace& place, double density, std::vector<ShownPlace>& shown) const;
   // The same, until the next call on the same thread, and what they agree on.
-  const std::vector<ShownPlace>& look(std::uint32_t face, const SurfacePlace& place, double density,
+  const std::vector<ShownPlace>& look(FaceId face, const SurfacePlace& place, double density,
                                       Consensus& consensus) const;
 
   const SurfacePlaces& places_;

@@ -49,7 +49,7 @@ std::vector<vec3> smooth_normals(const Mesh& mesh) {
 SurfacePlaces::SurfacePlaces(const Snapshot& snapshot)
     : snapshot_(snapshot), normals_(smooth_normals(snapshot.surface->mesh)) {}
 
-SurfacePlace SurfacePlaces::at(std::uint32_t face, float b, float c) const {
+SurfacePlace SurfacePlaces::at(FaceId face, float b, float c) const {
   const Mesh& mesh = snapshot_.surface->mesh;
   const glm::uvec3& f = mesh.faces[face];
   const float a = 1 - b - c;
@@ -63,7 +63,7 @@ SurfacePlace SurfacePlaces::at(std::uint32_t face, float b, float c) const {
           a * vertex(f.x) + b * vertex(f.y) + c * vertex(f.z)};
 }
 
-vec3 SurfacePlaces::exposure(std::uint32_t face, float b, float c) const {
+vec3 SurfacePlaces::exposure(FaceId face, float b, float c) const {
   if (exposures_.empty()) return vec3(1);
   const glm::uvec3& f = snapshot_.surface->mesh.faces[face];
   return (1 - b - c) * exposures_[f.x] + b * exposures_[f.y] + c * exposures_[f.z];

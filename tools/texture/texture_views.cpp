@@ -32,7 +32,7 @@ std::uint32_t smooth_level(const Camera& camera) {
 }
 
 // The validity of what is in the model, by pixel.
-std::vector<std::uint8_t> resident_mask(const Snapshot& snapshot, std::uint32_t slot) {
+std::vector<std::uint8_t> resident_mask(const Snapshot& snapshot, ViewSlot slot) {
   const StoredView& view = *snapshot.views[slot];
   std::vector<std::uint8_t> mask = view.mask->validity.all();
   if (!snapshot.tiles.whole_views()) {
@@ -86,7 +86,7 @@ ViewColor sampled(const ImageLevel& level, const vec2& position) {
 
 }  // namespace
 
-TextureView::TextureView(const Snapshot& snapshot, std::uint32_t slot)
+TextureView::TextureView(const Snapshot& snapshot, ViewSlot slot)
     : TextureView(*snapshot.views[slot], snapshot.gains[slot], resident_mask(snapshot, slot)) {}
 
 TextureView::TextureView(const StoredView& view, const glm::dvec3& gain)
@@ -216,8 +216,8 @@ std::vector<float> densities_in(const TextureView& view, const Surface& surface)
 }
 
 TextureViews texture_views(const Snapshot& snapshot) {
-  std::vector<std::uint32_t> slots;
-  for (std::uint32_t slot = 0; slot < snapshot.views.size(); ++slot) {
+  std::vector<ViewSlot> slots;
+  for (ViewSlot slot{0}; slot < snapshot.views.size(); ++slot) {
     if (snapshot.views[slot]) slots.push_back(slot);
   }
   std::vector<std::optional<TextureView>> made(slots.size());

@@ -26,7 +26,7 @@ struct ViewColor {
 // and parts that are not in the model. So where a view begins or ends to be used, its weight is about 0.
 class TextureView {
  public:
-  TextureView(const Snapshot& snapshot, std::uint32_t slot);
+  TextureView(const Snapshot& snapshot, ViewSlot slot);
   // Takes a whole photograph and keeps a reference to it. `gain` as in Snapshot::gains.
   TextureView(const StoredView& view, const glm::dvec3& gain);
 

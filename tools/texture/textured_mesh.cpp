@@ -41,7 +41,7 @@ std::vector<double> chart_densities(const Surface& surface, const std::vector<Ch
   std::vector<double> densities;
   for (const Chart& chart : charts) {
     double sum = 0, count = 0;
-    for (const std::uint32_t face : chart.faces) {
+    for (const FaceId face : chart.faces) {
       const double density = views.density[surface.cells.cell_of_face[face]];
       sum += density;
       count += density > 0;
@@ -82,7 +82,7 @@ TexturedMesh::TexturedMesh(const Snapshot& snapshot, const TextureOptions& optio
   layout_ = lay_out(charts_, chart_densities(surface, charts_, views_, options.texels_per_pixel), options.layout);
   chart_of_face_.resize(surface.mesh.faces.size());
   for (std::uint32_t chart = 0; chart < charts_.size(); ++chart) {
-    for (const std::uint32_t face : charts_[chart].faces) chart_of_face_[face] = chart;
+    for (const FaceId face : charts_[chart].faces) chart_of_face_[face] = chart;
   }
 }
 
@@ -142,7 +142,7 @@ TextureFacts TexturedMesh::bake_stored(const PageSink& sink, const Tick& tick) c
         for (std::uint32_t y = block.rows().begin(); y != block.rows().end(); ++y) {
           for (std::uint32_t x = block.cols().begin(); x != block.cols().end(); ++x) {
             const ChartTexel& texel = map[std::size_t{y} * place.width + x];
-            if (texel.face == ChartTexel::kNoFaceHere) continue;
+            if (texel.face == FaceId::none) continue;
             const SurfaceColor color = colors.at(texel.face, texel.share_b, texel.share_c, place.density);
             const glm::vec3 exposure = places.exposure(texel.face, texel.share_b, texel.share_c);
             filled.set(place.x + x, place.y + y, color.color * exposure);

@@ -46,7 +46,7 @@ std::vector<PageMesh> page_meshes(const TexturedMesh& textured) {
     const Chart& chart = textured.charts()[i];
     const ChartPlace& place = layout.places[i];
     PageMesh& page = pages[place.page];
-    for (const std::uint32_t face : chart.faces) {
+    for (const FaceId face : chart.faces) {
       glm::uvec3 corners(0);
       for (int c = 0; c < 3; ++c) {
         const std::uint32_t vertex = mesh.faces[face][c];

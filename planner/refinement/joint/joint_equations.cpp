@@ -39,7 +39,7 @@ struct ViewEquations {
 
 class ViewAdder {
  public:
-  ViewAdder(const JointProblem& problem, const JointState& state, const Linearised& linear, std::uint32_t slot,
+  ViewAdder(const JointProblem& problem, const JointState& state, const Linearised& linear, ViewSlot slot,
             std::span<const Block> estimated, std::span<const std::size_t> block_of)
       : problem_(problem),
         state_(state),
@@ -62,7 +62,7 @@ class ViewAdder {
  private:
   void find_blocks() {
     std::vector<std::size_t>& blocks = out_.gradient.blocks;
-    const auto has = [&](std::uint32_t slot) {
+    const auto has = [&](ViewSlot slot) {
       if (local_[block_of_[slot]]++ != 0) return;
       blocks.push_back(block_of_[slot]);
       if (local_[problem_.lens_of(slot)]++ == 0) blocks.push_back(problem_.lens_of(slot));
@@ -101,7 +101,7 @@ class ViewAdder {
     }
   }
 
-  void add_lens_entry(std::uint32_t slot, const Block& derivative) {
+  void add_lens_entry(ViewSlot slot, const Block& derivative) {
     const std::size_t lens = problem_.lens_of(slot);
     add_entry(lens, derivative.cwiseProduct(estimated_[lens]));
   }
@@ -117,7 +117,7 @@ class ViewAdder {
   }
 
   // The channels of a point mostly have the same views for their medians.
-  const ImageDerivatives& derivatives(std::uint32_t slot, const glm::dvec3& position) {
+  const ImageDerivatives& derivatives(ViewSlot slot, const glm::dvec3& position) {
     for (std::size_t i = 0; i < known_; ++i) {
       if (derivatives_[i].first == slot) return derivatives_[i].second;
     }
@@ -128,13 +128,13 @@ class ViewAdder {
   const JointProblem& problem_;
   const JointState& state_;
   const Linearised& linear_;
-  std::uint32_t slot_;
+  ViewSlot slot_;
   std::span<const Block> estimated_;
   std::span<const std::size_t> block_of_;
   std::vector<std::size_t> local_;                      // for each block of the whole problem, the view's block
   std::array<std::pair<std::size_t, Block>, 6> entry_;  // a row's: three views and three lenses at most
   std::size_t entries_ = 0;
-  std::array<std::pair<std::uint32_t, ImageDerivatives>, 6> derivatives_;  // a point's
+  std::array<std::pair<ViewSlot, ImageDerivatives>, 6> derivatives_;  // a point's
   std::size_t known_ = 0;
   ViewEquations out_;
 };
@@ -206,7 +206,7 @@ JointEquations joint_equations(const JointProblem& problem, const JointState& st
     tbb::parallel_for(std::size_t{0}, views.size(), [&](std::size_t i) {
       if (linear[first + i].terms.empty()) return;
       may_interrupt(interruption_point);
-      const auto slot = static_cast<std::uint32_t>(first + i);
+      const ViewSlot slot(static_cast<std::uint32_t>(first + i));
       views[i] = ViewAdder(problem, state, linear[slot], slot, estimated, block_of).equations();
     });
     for (std::size_t i = 0; i < views.size(); ++i) {

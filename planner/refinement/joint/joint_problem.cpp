@@ -21,7 +21,7 @@ constexpr std::size_t kHeldOut = 5;        // each such point is not fitted to
 // The value of a point in one view.
 struct Value {
   double color;
-  std::uint32_t slot;
+  ViewSlot slot;
   std::uint32_t index;  // among the views that show it
 
   bool operator<(const Value& other) const { return color != other.color ? color < other.color : slot < other.slot; }
@@ -58,11 +58,11 @@ JointProblem::JointProblem(const Atlas& atlas, std::span<const std::optional<Com
   tbb::parallel_for(std::size_t{0}, views.size(), [&](std::size_t slot) {
     if (!views_[slot]) return;
     may_interrupt(interruption_point_);
-    parts_[slot] = part_of(atlas, static_cast<std::uint32_t>(slot), samples[slot], most_points);
+    parts_[slot] = part_of(atlas, ViewSlot(static_cast<std::uint32_t>(slot)), samples[slot], most_points);
   });
 }
 
-ViewPart JointProblem::part_of(const Atlas& atlas, std::uint32_t slot, const std::vector<SurfaceSample>& samples,
+ViewPart JointProblem::part_of(const Atlas& atlas, ViewSlot slot, const std::vector<SurfaceSample>& samples,
                                std::size_t most_points) const {
   ViewPart part;
   const Camera& camera = views_[slot]->camera;
@@ -77,7 +77,7 @@ ViewPart JointProblem::part_of(const Atlas& atlas, std::uint32_t slot, const std
     const SurfaceSample& sample = samples[index];
     const double z = camera.cam_from_world(sample.position).z;
     ComparedPoint point{sample.position, {}};
-    for (const std::uint32_t other : atlas.references(atlas.surface()->cells.cell_of_face[sample.face])) {
+    for (const ViewSlot other : atlas.references(atlas.surface()->cells.cell_of_face[sample.face])) {
       if (other == slot || !views_[other]) continue;
       const std::optional<glm::dvec3> seen = seen_at(*views_[other], sample.position);
       if (!seen) continue;
@@ -105,7 +105,7 @@ bool is_within(const glm::dvec2& image, const Camera& camera, double margin) {
 }  // namespace
 
 // Returns nothing for a point behind the camera.
-std::optional<glm::dvec2> JointProblem::image_of(const Linearisation& at, std::uint32_t slot,
+std::optional<glm::dvec2> JointProblem::image_of(const Linearisation& at, ViewSlot slot,
                                                  const glm::dvec3& position) const {
   const Camera& camera = at.state.cameras[slot];
   const glm::dvec3 cam = camera.cam_from_world(position);
@@ -114,8 +114,7 @@ std::optional<glm::dvec2> JointProblem::image_of(const Linearisation& at, std::u
 }
 
 // The change of the distortion with the pose is left out: of second order.
-ImageDerivatives JointProblem::derivatives(const JointState& state, std::uint32_t slot,
-                                           const glm::dvec3& position) const {
+ImageDerivatives JointProblem::derivatives(const JointState& state, ViewSlot slot, const glm::dvec3& position) const {
   ImageDerivatives result;
   const Camera& camera = state.cameras[slot];
   const Block& q = state.lens_parameters[lens_of_[slot]];
@@ -170,8 +169,8 @@ ColorSample JointProblem::sample_at(const SampledView& place) const {
 }
 
 // Rows 3 * index and the next two.
-void JointProblem::point_rows(const Linearisation& at, std::uint32_t slot, const ComparedPoint& point,
-                              std::size_t index, Scratch& scratch, Linearised& out) const {
+void JointProblem::point_rows(const Linearisation& at, ViewSlot slot, const ComparedPoint& point, std::size_t index,
+                              Scratch& scratch, Linearised& out) const {
   const auto first = static_cast<Eigen::Index>(3 * index);
   const std::optional<glm::dvec2> image = image_of(at, slot, point.position);
   const std::uint32_t level = std::min(parts_[slot].level + at.coarser, views_[slot]->pyramid.levels() - 1);
@@ -230,7 +229,7 @@ std::vector<Linearised> JointProblem::linearise(const JointState& state, std::ve
            std::vector<bool>(of_view.size(), false)};
     Scratch scratch;
     for (std::size_t index = 0; index < of_view.size(); ++index) {
-      point_rows(at, static_cast<std::uint32_t>(slot), of_view[index], index, scratch, out);
+      point_rows(at, ViewSlot(static_cast<std::uint32_t>(slot)), of_view[index], index, scratch, out);
     }
   });
   return all;

@@ -31,7 +31,7 @@ inline constexpr int kPose = 6;  // parameters of a view's pose, before its gain
 
 // Another view that shows a point.
 struct Observation {
-  std::uint32_t slot;
+  ViewSlot slot;
   double level;  // the pyramid level whose pixels are as large on the surface as the own photograph's at level 0
 };
 
@@ -59,7 +59,7 @@ struct JointState {
 
 // One term of a target's derivative: d target / d image of the view that gives the median.
 struct TargetTerm {
-  std::uint32_t slot = 0;
+  ViewSlot slot{0};
   glm::dvec2 gradient{0.0};
 };
 
@@ -96,8 +96,7 @@ class JointProblem {
   // levels above the finest that is used. `noise`: of the differences, sRGB.
   [[nodiscard]] std::vector<Linearised> linearise(const JointState& state, std::vector<ComparedPoint> ViewPart::*points,
                                                   std::uint32_t coarser, double noise, bool robust) const;
-  [[nodiscard]] ImageDerivatives derivatives(const JointState& state, std::uint32_t slot,
-                                             const glm::dvec3& position) const;
+  [[nodiscard]] ImageDerivatives derivatives(const JointState& state, ViewSlot slot, const glm::dvec3& position) const;
 
  private:
   // The values at which the state is linearised.
@@ -110,18 +109,19 @@ class JointProblem {
   };
   // The view that also shows a point, and the level of its pyramid.
   struct SampledView {
-    std::uint32_t slot, level;
+    ViewSlot slot;
+    std::uint32_t level;
     glm::dvec2 image;
   };
   struct Scratch;
 
-  [[nodiscard]] ViewPart part_of(const Atlas& atlas, std::uint32_t slot, const std::vector<SurfaceSample>& samples,
+  [[nodiscard]] ViewPart part_of(const Atlas& atlas, ViewSlot slot, const std::vector<SurfaceSample>& samples,
                                  std::size_t most_points) const;
-  [[nodiscard]] std::optional<glm::dvec2> image_of(const Linearisation& at, std::uint32_t slot,
+  [[nodiscard]] std::optional<glm::dvec2> image_of(const Linearisation& at, ViewSlot slot,
                                                    const glm::dvec3& position) const;
   void find_places(const Linearisation& at, const ComparedPoint& point, std::uint32_t level, Scratch& scratch) const;
   [[nodiscard]] ColorSample sample_at(const SampledView& place) const;
-  void point_rows(const Linearisation& at, std::uint32_t slot, const ComparedPoint& point, std::size_t index,
+  void point_rows(const Linearisation& at, ViewSlot slot, const ComparedPoint& point, std::size_t index,
                   Scratch& scratch, Linearised& out) const;
 
   std::span<const std::optional<ComparedView>> views_;

@@ -81,13 +81,13 @@ JointSolver::JointSolver(const JointInput& input, const JointOptions& options)
 std::vector<std::size_t> JointSolver::found_lenses() {
   state_.cameras.resize(views_.size());
   std::vector<std::size_t> lens_of(views_.size(), 0);
-  for (std::uint32_t slot = 0; slot < views_.size(); ++slot) {
+  for (ViewSlot slot{0}; slot < views_.size(); ++slot) {
     if (!views_[slot]) continue;
     const Camera& camera = views_[slot]->camera;
     state_.cameras[slot] = camera;
     const auto same = std::find_if(
         slots_of_lenses_.begin(), slots_of_lenses_.end(),
-        [&](const std::vector<std::uint32_t>& slots) { return share_a_lens(state_.cameras[slots.front()], camera); });
+        [&](const std::vector<ViewSlot>& slots) { return share_a_lens(state_.cameras[slots.front()], camera); });
     lens_of[slot] = static_cast<std::size_t>(same - slots_of_lenses_.begin());
     if (same == slots_of_lenses_.end()) slots_of_lenses_.emplace_back();
     slots_of_lenses_[lens_of[slot]].push_back(slot);
@@ -145,14 +145,14 @@ JointEquations JointSolver::normal_equations(const JointState& state, const std:
 }
 
 // How far a view has moved from its given pose, times how strongly it is pulled back.
-JointSolver::PoseBlock JointSolver::pulled(const JointState& state, std::uint32_t slot) const {
+JointSolver::PoseBlock JointSolver::pulled(const JointState& state, ViewSlot slot) const {
   const auto [turn, shift] = motion_between(given_[slot], state.cameras[slot]);
   const double depth = parts_[slot].depth;
   return pull_of(state, slot) *
          (PoseBlock() << turn.x, turn.y, turn.z, shift.x / depth, shift.y / depth, shift.z / depth).finished();
 }
 
-double JointSolver::pull_of(const JointState& state, std::uint32_t slot) const {
+double JointSolver::pull_of(const JointState& state, ViewSlot slot) const {
   return pose_pull(options_.alignment, state.cameras[slot], parts_[slot].points.size());
 }
 
@@ -161,7 +161,7 @@ double JointSolver::pull_of(const JointState& state, std::uint32_t slot) const {
 // show the loss.
 void JointSolver::add_pulls(const JointState& state, JointEquations& normal) const {
   const double fixed = kFixed * normal.H.trace();
-  for (std::uint32_t slot = 0; slot < parts_.size(); ++slot) {
+  for (ViewSlot slot{0}; slot < parts_.size(); ++slot) {
     if (!views_[slot]) continue;
     BlockSquare& own = normal.H.at(block_of_[slot], block_of_[slot]);
     // Else it would follow those that are compared with it.
@@ -174,7 +174,7 @@ void JointSolver::add_pulls(const JointState& state, JointEquations& normal) con
 
 JointState JointSolver::moved_by(const JointState& from, const Eigen::VectorXd& step) const {
   JointState state = from;
-  for (std::uint32_t slot = 0; slot < parts_.size(); ++slot) {
+  for (ViewSlot slot{0}; slot < parts_.size(); ++slot) {
     if (!views_[slot]) continue;
     const Block dp = step.segment<kBlock>(column(slot));
     const double depth = parts_[slot].depth;
@@ -201,7 +201,7 @@ void JointSolver::measure_noise() {
 double JointSolver::prior_cost(const JointState& state) const {
   double sum = 0;
   for (const Block& q : state.lens_parameters) sum += q.cwiseQuotient(kPrior).squaredNorm();
-  for (std::uint32_t slot = 0; slot < parts_.size(); ++slot) {
+  for (ViewSlot slot{0}; slot < parts_.size(); ++slot) {
     if (views_[slot]) sum += pulled(state, slot).squaredNorm();
   }
   return sum;
@@ -285,9 +285,9 @@ void JointSolver::refine(std::span<const std::uint32_t> rounds) {
 std::vector<double> JointSolver::held_out_residuals() const {
   const std::vector<Linearised> all = linearise(state_, &ViewPart::held_out);
   std::vector<double> of_lenses;
-  for (const std::vector<std::uint32_t>& slots : slots_of_lenses_) {
+  for (const std::vector<ViewSlot>& slots : slots_of_lenses_) {
     Squares squares;
-    for (const std::uint32_t slot : slots) squares.add(all[slot]);
+    for (const ViewSlot slot : slots) squares.add(all[slot]);
     of_lenses.push_back(noise_ * squares.root_mean());
   }
   return of_lenses;

@@ -61,7 +61,7 @@ class JointSolver {
   JointSolver& operator=(const JointSolver&) = delete;
 
   // Returns for each lens, ascending by the first view slot, the view slots that share it.
-  [[nodiscard]] const std::vector<std::vector<std::uint32_t>>& slots_of_lenses() const { return slots_of_lenses_; }
+  [[nodiscard]] const std::vector<std::vector<ViewSlot>>& slots_of_lenses() const { return slots_of_lenses_; }
   [[nodiscard]] const Camera& camera_of(std::size_t lens) const {
     return state_.cameras[slots_of_lenses_[lens].front()];
   }
@@ -108,8 +108,8 @@ class JointSolver {
     JointState state;
     std::vector<Linearised> rows;
   };
-  [[nodiscard]] PoseBlock pulled(const JointState& state, std::uint32_t slot) const;
-  [[nodiscard]] double pull_of(const JointState& state, std::uint32_t slot) const;
+  [[nodiscard]] PoseBlock pulled(const JointState& state, ViewSlot slot) const;
+  [[nodiscard]] double pull_of(const JointState& state, ViewSlot slot) const;
   [[nodiscard]] double prior_cost(const JointState& state) const;
   [[nodiscard]] JointState moved_by(const JointState& from, const Eigen::VectorXd& step) const;
   [[nodiscard]] Fit fit(const JointState& state, std::uint32_t coarser) const;
@@ -120,7 +120,7 @@ class JointSolver {
   std::span<const std::optional<ComparedView>> views_;
   std::span<const Camera> given_;
   JointOptions options_;
-  std::vector<std::vector<std::uint32_t>> slots_of_lenses_;
+  std::vector<std::vector<ViewSlot>> slots_of_lenses_;
   JointState state_;
   JointProblem problem_;
   const std::vector<ViewPart>& parts_;

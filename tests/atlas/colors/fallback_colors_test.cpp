@@ -35,7 +35,7 @@ class ColoredStore {
   ColoredStore() : surface_(wall_and_panel(5)), atlas_(surface_, 5) {}
 
   Snapshot next() {
-    const auto slot = static_cast<std::uint32_t>(random_() % atlas_.capacity());
+    const ViewSlot slot(static_cast<std::uint32_t>(random_() % atlas_.capacity()));
     const Camera camera = forward_camera(24, 16, {0.05 * static_cast<double>(random_() % 9), 0, -0.5});
     if (!atlas_.view(slot)) {
       atlas_.insert_at(slot, traced_view(*surface_, "a", camera,

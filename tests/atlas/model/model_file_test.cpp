@@ -86,7 +86,7 @@ Snapshot compacted(const Snapshot& snapshot) {
   compact.gains.clear();
   compact.tiles.first_tile.clear();
   std::map<std::uint32_t, std::uint32_t> number;
-  for (std::uint32_t slot = 0; slot < snapshot.views.size(); ++slot) {
+  for (ViewSlot slot{0}; slot < snapshot.views.size(); ++slot) {
     if (!snapshot.views[slot]) continue;
     number[slot] = static_cast<std::uint32_t>(compact.views.size());
     compact.views.push_back(snapshot.views[slot]);
@@ -94,7 +94,7 @@ Snapshot compacted(const Snapshot& snapshot) {
     if (!snapshot.tiles.whole_views()) compact.tiles.first_tile.push_back(snapshot.tiles.first_tile[slot]);
   }
   if (!snapshot.tiles.whole_views()) compact.tiles.first_tile.push_back(snapshot.tiles.first_tile.back());
-  for (std::uint32_t& view : compact.references.views) view = number.at(view);
+  for (ViewSlot& view : compact.references.views) view = ViewSlot(number.at(view));
   return compact;
 }
 
@@ -162,7 +162,7 @@ TEST_CASE("a model keeps how well its cells are covered and how far they are off
 // 1 for each tile that is there.
 std::vector<bool> resident(const TileTable& tiles) {
   std::vector<bool> there;
-  for (const std::uint32_t slot : tiles.slots) there.push_back(slot != TilePlace::none);
+  for (const TilePlace slot : tiles.slots) there.push_back(slot != TilePlace::none);
   return there;
 }
 
@@ -178,7 +178,7 @@ TEST_CASE("a model in tiles reads back: which are there, their pixels, and black
   CHECK(read.tiles.resident_tiles() == written.tiles.resident_tiles());
   std::size_t black = 0;
   for (std::uint32_t view = 0; view < read.views.size(); ++view) {
-    const std::vector<std::uint8_t> there = written.tiles.resident_pixels(view, written.views[view]->camera);
+    const std::vector<std::uint8_t> there = written.tiles.resident_pixels(ViewSlot(view), written.views[view]->camera);
     const Photograph given = written.views[view]->photograph->whole(), got = read.views[view]->photograph->whole();
     for (std::size_t byte = 0; byte < 3 * there.size(); ++byte) {
       const std::uint8_t expected = there[byte / 3] ? given.rgb[byte] : 0;
@@ -316,7 +316,7 @@ TEST_CASE("photographs as JPEG are smaller and nearly the same, masks stay exact
   for (std::uint32_t view = 0; view < 3; ++view) {
     const StoredView &before = *written.views[view], &after = *read.views[view];
     std::vector<std::uint8_t> there(before.photograph->pixels(), 1);
-    if (tile_px > 0) there = written.tiles.resident_pixels(view, before.camera);
+    if (tile_px > 0) there = written.tiles.resident_pixels(ViewSlot(view), before.camera);
     REQUIRE(after.mask->trust.size() == before.mask->trust.size());
     for (std::size_t pixel = 0; pixel < there.size(); ++pixel) {
       if (!there[pixel]) continue;
@@ -362,15 +362,15 @@ TEST_CASE("each vertex belongs to one cell, and a vertex of several cells is the
 Snapshot tiled_wall(std::uint32_t columns, std::uint32_t rows, std::uint32_t faces_per_cell) {
   const auto surface = std::make_shared<Surface>();
   add_wall(surface->mesh, columns, rows, 8.0f / static_cast<float>(columns), 4);
-  std::vector<std::uint32_t> cell_of_face;
+  std::vector<CellId> cell_of_face;
   for (std::uint32_t face = 0; face < surface->mesh.faces.size(); ++face) {
-    cell_of_face.push_back(face / faces_per_cell);
+    cell_of_face.emplace_back(face / faces_per_cell);
   }
   surface->cells = measure_cells(surface->mesh, std::move(cell_of_face), 0.1);
   Atlas atlas(surface, 1);
   const Camera camera = oblique_camera(24, 16, 0.1, {0.1, 0.2, -0.3});
   atlas.insert(traced_view(*surface, "a.jpg", camera, position_photograph(24, 16)));
-  for (std::uint32_t cell = 0; cell < surface->cells.cells.size(); cell += 3) atlas.set_references(cell, {0});
+  for (std::uint32_t cell = 0; cell < surface->cells.cells.size(); cell += 3) atlas.set_references(CellId(cell), {0});
   return atlas.snapshot();
 }
 
@@ -380,8 +380,8 @@ Snapshot large_view_of_waves(const TileOptions& layout) {
   const auto surface = std::make_shared<Surface>();
   add_wall(surface->mesh, 60, 60, 8.0f / 60, 4);
   for (glm::vec3& position : surface->mesh.positions) position.z += 0.2f * std::sin(2 * position.x + position.y);
-  std::vector<std::uint32_t> cell_of_face(surface->mesh.faces.size(), 1);
-  std::fill_n(cell_of_face.begin(), cell_of_face.size() / 2, 0);
+  std::vector<CellId> cell_of_face(surface->mesh.faces.size(), 1);
+  std::fill_n(cell_of_face.begin(), cell_of_face.size() / 2, CellId{0});
   surface->cells = measure_cells(surface->mesh, std::move(cell_of_face), 8);
   Atlas atlas(surface, 1, layout);
   const Camera camera = oblique_camera(512, 384, 0.1, {0.1, 0.2, -0.3});
@@ -461,7 +461,7 @@ TEST_CASE("vertex colours survive for each of the 256 sRGB values") {
   const TemporaryFolder folder;
   const auto surface = std::make_shared<Surface>();
   add_wall(surface->mesh, 15, 15, 1, 4);
-  surface->cells = measure_cells(surface->mesh, std::vector<std::uint32_t>(surface->mesh.faces.size(), 0), 1);
+  surface->cells = measure_cells(surface->mesh, std::vector<CellId>(surface->mesh.faces.size(), 0), 1);
   Snapshot snapshot = Atlas(surface, 1).snapshot();
   REQUIRE(snapshot.vertex_colors.size() == 256);
   FallbackColors::Colors colors;
@@ -696,7 +696,7 @@ TEST_CASE("a photograph without a resident tile is not written") {
   CHECK(model.snapshot.views[0]->name == "left/b.jpg");
   CHECK(fs::exists(file_of_model(folder.path(), "images/00001.png")));
   CHECK_FALSE(fs::exists(file_of_model(folder.path(), "images/00002.png")));
-  for (const std::uint32_t slot : model.snapshot.references.views) CHECK(slot < 2);
+  for (const ViewSlot slot : model.snapshot.references.views) CHECK(slot < 2);
   CHECK_NOTHROW(check(model.snapshot));
 }
 

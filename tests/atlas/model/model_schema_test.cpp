@@ -96,10 +96,10 @@ class Checker {
 // Each face is its own cell's.
 CellShares own_shares(const Surface& surface) {
   CellShares shares;
-  for (std::uint32_t cell = 0; cell < surface.cells.cells.size(); ++cell) {
+  for (CellId cell{0}; cell < surface.cells.cells.size(); ++cell) {
     shares.zones.push_back({CellId{cell}, CellId::none, CellId::none, CellId::none});
   }
-  shares.zone_of_face = surface.cells.cell_of_face;
+  shares.zone_of_face.assign(surface.cells.cell_of_face.begin(), surface.cells.cell_of_face.end());
   const glm::vec4 all(1, 0, 0, 0);
   shares.corners.assign(surface.cells.cell_of_face.size(), {all, all, all});
   return shares;

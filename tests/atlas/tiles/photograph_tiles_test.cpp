@@ -230,8 +230,8 @@ TEST_CASE("tiles follow their cells when these are numbered anew") {
   const std::uint32_t before = stream.atlas.snapshot().tiles.resident_tiles();
   const auto turned = std::make_shared<Surface>(*stream.surface);
   std::vector<CellId> previous_cell;
-  for (std::uint32_t cell = 0; cell < 9; ++cell) previous_cell.emplace_back(8 - cell);
-  for (std::uint32_t& cell : turned->cells.cell_of_face) cell = 8 - cell;
+  for (CellId cell{0}; cell < 9; ++cell) previous_cell.emplace_back(8 - cell);
+  for (CellId& cell : turned->cells.cell_of_face) cell = CellId(8 - cell);
   turned->cells = measure_cells(turned->mesh, turned->cells.cell_of_face, turned->cells.size);
   stream.atlas.replace_surface(turned, previous_cell);
   CHECK(stream.atlas.snapshot().tiles.resident_tiles() == before);

@@ -31,7 +31,7 @@ std::vector<ShownCell> shows_first_cell() {
 std::unique_ptr<Atlas> store_of_three() {
   const auto surface = wall_and_panel(5);
   auto atlas = std::make_unique<Atlas>(surface, kPartsViews + 1, kPartsLayout);
-  std::vector<std::uint32_t> slots;
+  std::vector<ViewSlot> slots;
   for (std::uint32_t number = 0; number < kPartsViews; ++number) {
     slots.push_back(atlas->insert(traced_view(*surface, std::string(1, static_cast<char>('a' + number)),
                                               forward_camera(24, 16), position_photograph(24, 16, number)),
@@ -44,7 +44,7 @@ std::unique_ptr<Atlas> store_of_three() {
 // The poses of all three, `step` to the side.
 std::vector<ViewPose> poses_at(double step) {
   std::vector<ViewPose> poses;
-  for (std::uint32_t slot = 0; slot < kPartsViews; ++slot) {
+  for (ViewSlot slot{0}; slot < kPartsViews; ++slot) {
     poses.push_back({slot, forward_camera(24, 16, {0.01 * step, 0.1 * slot, 0})});
   }
   return poses;
@@ -61,7 +61,7 @@ TEST_CASE("new poses leave photographs and masks, which snapshots share") {
   const std::vector<ViewPose> poses = poses_at(7);
   atlas->set_poses(poses);
   const Snapshot after = atlas->snapshot();
-  for (std::uint32_t slot = 0; slot < kPartsViews; ++slot) {
+  for (ViewSlot slot{0}; slot < kPartsViews; ++slot) {
     const StoredView &old = *before.views[slot], &now = *after.views[slot];
     CHECK(now.photograph == old.photograph);  // the same object: a new pose takes no memory for pixels
     CHECK(now.mask == old.mask);
@@ -140,7 +140,7 @@ TEST_CASE("a snapshot has all new poses or none, and no thread undoes another's 
   while (!done) {
     const Snapshot snapshot = atlas->snapshot();
     const double step = step_of(*snapshot.views[0]);
-    for (std::uint32_t slot = 1; slot < kPartsViews; ++slot) torn += step_of(*snapshot.views[slot]) == step ? 0 : 1;
+    for (ViewSlot slot{1}; slot < kPartsViews; ++slot) torn += step_of(*snapshot.views[slot]) == step ? 0 : 1;
     torn += step >= last ? 0 : 1;
     last = step;
   }
@@ -148,7 +148,7 @@ TEST_CASE("a snapshot has all new poses or none, and no thread undoes another's 
   masker.join();
   CHECK(torn == 0);
   const Snapshot end = atlas->snapshot();
-  for (std::uint32_t slot = 0; slot < kPartsViews; ++slot) CHECK(step_of(*end.views[slot]) == Approx(kSteps));
+  for (ViewSlot slot{0}; slot < kPartsViews; ++slot) CHECK(step_of(*end.views[slot]) == Approx(kSteps));
   CHECK(end.views[1]->mask->trust[0] == static_cast<std::uint8_t>(kSteps));
 }
 

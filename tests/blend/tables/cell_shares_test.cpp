@@ -21,10 +21,10 @@ namespace {
 Surface wall_in_cells(std::uint32_t columns, std::uint32_t rows) {
   Surface surface;
   add_wall(surface.mesh, 40, 40, 0.25F, 4);
-  std::vector<std::uint32_t> cell_of_face;
+  std::vector<CellId> cell_of_face;
   for (std::uint32_t face = 0; face < surface.mesh.faces.size(); ++face) {
     const std::uint32_t square = face / 2;
-    cell_of_face.push_back(square / 40 * rows / 40 * columns + square % 40 * columns / 40);
+    cell_of_face.emplace_back(square / 40 * rows / 40 * columns + square % 40 * columns / 40);
   }
   surface.cells = measure_cells(surface.mesh, std::move(cell_of_face), 10.0 / columns);
   return surface;
@@ -105,8 +105,8 @@ TEST_CASE("shares are continuous over the mesh and add up to 1, for clusters, to
 Surface wall_of_single_faces(std::uint32_t squares_a_side) {
   Surface surface;
   add_wall(surface.mesh, squares_a_side, squares_a_side, 1, 4);
-  std::vector<std::uint32_t> cell_of_face(surface.mesh.faces.size());
-  std::iota(cell_of_face.begin(), cell_of_face.end(), 0U);
+  std::vector<CellId> cell_of_face(surface.mesh.faces.size());
+  std::iota(cell_of_face.begin(), cell_of_face.end(), CellId{0});
   surface.cells = measure_cells(surface.mesh, std::move(cell_of_face), 1);
   return surface;
 }
@@ -120,12 +120,12 @@ TEST_CASE("where cells of one face each meet, nothing is left without a cell") {
 Surface fan_of_cells(std::uint32_t faces) {
   Surface surface;
   surface.mesh.positions.emplace_back(0, 0, 1);
-  std::vector<std::uint32_t> cell_of_face(faces);
+  std::vector<CellId> cell_of_face(faces);
   for (std::uint32_t face = 0; face < faces; ++face) {
     const double angle = 2 * std::acos(-1.0) * face / faces;
     surface.mesh.positions.emplace_back(std::cos(angle), std::sin(angle), 0);
     surface.mesh.faces.emplace_back(0, 1 + face, 1 + (face + 1) % faces);
-    cell_of_face[face] = face;
+    cell_of_face[face] = CellId(face);
   }
   surface.cells = measure_cells(surface.mesh, std::move(cell_of_face), 1);
   return surface;
@@ -154,7 +154,7 @@ TEST_CASE("of more cells than may share a vertex the nearest ones share it") {
 TEST_CASE("surfaces that only touch share nothing") {
   const auto surface = wall_and_panel(1);
   Surface apart = *surface;
-  std::vector<std::uint32_t> cell_of_face(apart.mesh.faces.size(), 0);
+  std::vector<CellId> cell_of_face(apart.mesh.faces.size(), 0);
   cell_of_face.back() = cell_of_face[cell_of_face.size() - 2] = 1;  // the panel
   apart.cells = measure_cells(apart.mesh, std::move(cell_of_face), 1);
   const CellShares shares = share_cells(apart, 100);
@@ -173,8 +173,8 @@ TEST_CASE("the share of a cell that stands for others is the sum of theirs") {
   const Surface surface = wall_in_cells(5, 4);
   const CellShares separate = share_cells(surface, 1.5);
   std::vector<std::uint32_t> stands_for(20);
-  for (std::uint32_t cell = 0; cell < 20; ++cell) stands_for[cell] = cell % 3;  // others than its neighbours'
-  for (const std::uint32_t cell : {1u, 2u, 6u, 7u}) stands_for[cell] = 1;       // a block
+  for (CellId cell{0}; cell < 20; ++cell) stands_for[cell] = cell % 3;     // others than its neighbours'
+  for (const std::uint32_t cell : {1u, 2u, 6u, 7u}) stands_for[cell] = 1;  // a block
   const CellShares fewer = joined(separate, stands_for);
   const auto before = shares_by_vertex(surface, separate), after = shares_by_vertex(surface, fewer);
   check_sums(after);
@@ -192,7 +192,7 @@ TEST_CASE("cells that stand for themselves keep their shares") {
   const Surface surface = wall_in_cells(3, 3);
   const CellShares separate = share_cells(surface, 1);
   std::vector<std::uint32_t> own(9);
-  for (std::uint32_t cell = 0; cell < 9; ++cell) own[cell] = cell;
+  for (CellId cell{0}; cell < 9; ++cell) own[cell] = cell;
   const CellShares same = joined(separate, own);
   CHECK(same.zones == separate.zones);
   CHECK(same.zone_of_face == separate.zone_of_face);
@@ -202,8 +202,8 @@ TEST_CASE("cells that stand for themselves keep their shares") {
 
 TEST_CASE("cells have the same references whatever the order of these, and without any too") {
   ReferenceTable references;
-  for (const std::vector<std::uint32_t>& views :
-       std::vector<std::vector<std::uint32_t>>{{3, 1}, {}, {1}, {1, 3}, {}, {1, 3, 4}, {1}}) {
+  for (const std::vector<ViewSlot>& views :
+       std::vector<std::vector<ViewSlot>>{{3, 1}, {}, {1}, {1, 3}, {}, {1, 3, 4}, {1}}) {
     references.views.insert(references.views.end(), views.begin(), views.end());
     references.offsets.push_back(static_cast<std::uint32_t>(references.views.size()));
   }

@@ -134,7 +134,7 @@ void check_growth(const Mesh& mesh_before, const Cells& before, const Change& ch
   REQUIRE(measured.cells.size() == cells.cells.size());
   const auto old_faces = faces_by_cell(before);
   const auto new_faces = faces_by_cell(cells);
-  for (std::uint32_t cell = 0; cell < cells.cells.size(); ++cell) {
+  for (CellId cell{0}; cell < cells.cells.size(); ++cell) {
     REQUIRE(nearly_same(cells.cells[cell], measured.cells[cell]));
     std::set<std::uint32_t> were;
     bool same_place = true;
@@ -152,7 +152,7 @@ void check_growth(const Mesh& mesh_before, const Cells& before, const Change& ch
   CHECK(std::is_sorted(growth.previous_cell.begin(), growth.previous_cell.end()));
   CHECK(std::adjacent_find(growth.previous_cell.begin(), first_new) == first_new);
   auto next = static_cast<std::uint32_t>(first_new - growth.previous_cell.begin());
-  for (const std::uint32_t cell : cells.cell_of_face) {
+  for (const CellId cell : cells.cell_of_face) {
     REQUIRE(cell <= std::max(next, static_cast<std::uint32_t>(first_new - growth.previous_cell.begin())));
     if (cell == next) ++next;
   }
@@ -163,7 +163,7 @@ void check_faces_stay(const Cells& before, const Change& change, const CellGrowt
   std::size_t strayed = 0;
   for (std::size_t face = 0; face < change.previous_face.size(); ++face) {
     if (change.previous_face[face] == FaceId::none) continue;
-    const std::uint32_t cell = before.cell_of_face[change.previous_face[face]];
+    const CellId cell = before.cell_of_face[change.previous_face[face]];
     strayed += growth.previous_cell[growth.cells.cell_of_face[face]] != cell;
   }
   CHECK(strayed == 0);
@@ -182,7 +182,7 @@ bool same_partition(const Cells& a, const Cells& b) {
   std::map<std::uint32_t, std::uint32_t> b_of_a, a_of_b;
   if (a.cell_of_face.size() != b.cell_of_face.size()) return false;
   for (std::size_t face = 0; face < a.cell_of_face.size(); ++face) {
-    const std::uint32_t x = a.cell_of_face[face], y = b.cell_of_face[face];
+    const CellId x = a.cell_of_face[face], y = b.cell_of_face[face];
     if (b_of_a.try_emplace(x, y).first->second != y || a_of_b.try_emplace(y, x).first->second != x) return false;
   }
   return true;
@@ -523,7 +523,7 @@ TEST_CASE("a growth that makes no sense is refused") {
   wrong = cells;
   wrong.size = 0;
   refused(wrong, mesh, previous, {}, "cells: the size before is 0, must be finite and above 0");
-  const Cells one = measure_cells(mesh, std::vector<std::uint32_t>(8, 0), kSize);
+  const Cells one = measure_cells(mesh, std::vector<CellId>(8, 0), kSize);
   refused(one, mesh, previous, options_of(Partition::grid),
           "cells: cell 0 before is not the faces in one cube of size 0.2, must be for a grid");
   CHECK_NOTHROW(grow_cells(mesh, cells, mesh, previous, {}));

@@ -288,7 +288,7 @@ TEST_CASE("cells are numbered by their first face") {
   const Mesh mesh = sphere(4);
   for (const Partition partition : {Partition::clusters, Partition::grid}) {
     std::uint32_t next = 0;
-    for (const std::uint32_t cell : make_cells(mesh, {partition, 0.4, 2}).cell_of_face) {
+    for (const CellId cell : make_cells(mesh, {partition, 0.4, 2}).cell_of_face) {
       REQUIRE(cell <= next);
       if (cell == next) ++next;
     }

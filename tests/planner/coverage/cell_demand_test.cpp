@@ -199,7 +199,7 @@ struct PlannedByDemand {
   // scov of what is stored, from all that was offered, in another order.
   [[nodiscard]] double coverage_from_scratch() const {
     CoverageLedger ledger(*surface, atlas.capacity(), options.coverage, options.min_reference_gain);
-    for (const auto& [slot, parts] : stored) ledger.insert(slot, parts);
+    for (const auto& [slot, parts] : stored) ledger.insert(ViewSlot(slot), parts);
     std::for_each(asked.rbegin(), asked.rend(), [&](const auto& parts) { ledger.ask(parts); });
     return ledger.summed_coverage();
   }

@@ -37,7 +37,7 @@ CoverageOptions printed() {
 std::vector<CellPart> random_half(std::mt19937& random, const Surface& surface) {
   std::uniform_real_distribution<double> uniform(-1, 1);
   std::vector<CellPart> parts;
-  for (std::uint32_t cell = 0; cell < surface.cells.cells.size(); ++cell) {
+  for (CellId cell{0}; cell < surface.cells.cells.size(); ++cell) {
     if (random() % 2 == 0) continue;
     const glm::dvec3 towards = 1.5 * surface.cells.cells[cell].normal;
     const glm::dvec3 direction(uniform(random), uniform(random), uniform(random));
@@ -59,9 +59,9 @@ struct Ledger {
     ledger.ask(asked.back());
     return asked.back();
   }
-  std::vector<std::uint32_t> stored() const {
-    std::vector<std::uint32_t> slots;
-    for (std::uint32_t slot = 0; slot < kSlots; ++slot) {
+  std::vector<ViewSlot> stored() const {
+    std::vector<ViewSlot> slots;
+    for (ViewSlot slot{0}; slot < kSlots; ++slot) {
       if (ledger.stored(slot)) slots.push_back(slot);
     }
     return slots;
@@ -81,7 +81,7 @@ void step(Ledger& scene) {
     scene.ledger.unask(scene.asked.back());
     scene.asked.pop_back();
   }
-  const auto slot = static_cast<std::uint32_t>(scene.random() % kSlots);
+  const ViewSlot slot(static_cast<std::uint32_t>(scene.random() % kSlots));
   if (scene.ledger.stored(slot)) {
     scene.ledger.erase(slot);
   } else {
@@ -94,11 +94,11 @@ void check_against_scratch(const Ledger& scene, const CoverageOptions& options) 
   // them is compared for the paper's metric through value_by_definition below.
   CoverageLedger fresh(*scene.surface, kSlots, options, kMinReferenceGain);
   std::for_each(scene.asked.rbegin(), scene.asked.rend(), [&](const auto& parts) { fresh.ask(parts); });
-  for (const std::uint32_t slot : scene.stored()) {
+  for (const ViewSlot slot : scene.stored()) {
     fresh.insert(slot, {scene.ledger.parts(slot).begin(), scene.ledger.parts(slot).end()});
   }
   CHECK(scene.ledger.summed_coverage() == Approx(fresh.summed_coverage()).margin(1e-6));
-  for (const std::uint32_t slot : scene.stored()) {
+  for (const ViewSlot slot : scene.stored()) {
     CHECK(scene.ledger.loss(slot) == Approx(fresh.loss(slot)).margin(1e-6));
   }
 }
@@ -120,11 +120,11 @@ TEST_CASE("whatever is kept up equals its definition, after hundreds of insertio
       step(scene);
       if (i % 50 != 49) continue;
       double sum = 0;
-      for (std::uint32_t cell = 0; cell < scene.surface->cells.cells.size(); ++cell) sum += scene.ledger.coverage(cell);
+      for (CellId cell{0}; cell < scene.surface->cells.cells.size(); ++cell) sum += scene.ledger.coverage(cell);
       CHECK(scene.ledger.summed_coverage() == Approx(sum).margin(1e-9));
       const std::vector<CellPart> nothing;
-      for (const std::uint32_t slot : scene.stored()) {
-        const std::vector<std::uint32_t> gone{slot};
+      for (const ViewSlot slot : scene.stored()) {
+        const std::vector<ViewSlot> gone{slot};
         CHECK(scene.ledger.loss(slot) == Approx(-scene.ledger.joint_exchange_gain(nothing, gone)).margin(1e-9));
       }
     }
@@ -134,12 +134,12 @@ TEST_CASE("whatever is kept up equals its definition, after hundreds of insertio
 TEST_CASE("the gain of an exchange is what scov rises by when it is made") {
   const CoverageOptions options = options_of(Metric::directions);
   Ledger scene(options);
-  for (std::uint32_t slot = 0; slot < kSlots; ++slot) scene.ledger.insert(slot, scene.offered());
+  for (ViewSlot slot{0}; slot < kSlots; ++slot) scene.ledger.insert(slot, scene.offered());
   for (int round = 0; round < 60; ++round) {
     const std::vector<CellPart> parts = scene.offered();
-    const std::vector<std::uint32_t> slots = scene.stored();
+    const std::vector<ViewSlot> slots = scene.stored();
     const std::vector<double> gains = scene.ledger.exchange_gains(parts, slots);
-    const std::uint32_t victim = slots[scene.random() % slots.size()];
+    const ViewSlot victim = slots[scene.random() % slots.size()];
     CHECK(gains[victim] == Approx(scene.ledger.joint_exchange_gain(parts, std::vector{victim})).margin(1e-6));
     const double before = scene.ledger.summed_coverage();
     scene.ledger.erase(victim);
@@ -155,17 +155,17 @@ TEST_CASE("by the paper's metric, an exchange's gain is that of erasing and inse
   for (const CoverageOptions& options : {options_of(Metric::paper), printed()}) {
     Ledger scene(options);
     // No more views than references: none waits for a place.
-    for (std::uint32_t slot = 0; slot < options.max_references; ++slot) {
+    for (ViewSlot slot{0}; slot < options.max_references; ++slot) {
       scene.ledger.insert(slot, random_half(scene.random, *scene.surface));
     }
     for (int round = 0; round < 40; ++round) {
       const std::vector<CellPart> parts = random_half(scene.random, *scene.surface);
-      const std::vector<std::uint32_t> slots = scene.stored();
+      const std::vector<ViewSlot> slots = scene.stored();
       const std::vector<double> gains = scene.ledger.exchange_gains(parts, slots);
-      for (const std::uint32_t slot : slots) {
+      for (const ViewSlot slot : slots) {
         CHECK(gains[slot] == Approx(scene.ledger.joint_exchange_gain(parts, std::vector{slot})).margin(1e-9));
       }
-      const auto victim = static_cast<std::uint32_t>(scene.random() % slots.size());
+      const ViewSlot victim(static_cast<std::uint32_t>(scene.random() % slots.size()));
       scene.ledger.erase(victim);
       scene.ledger.insert(victim, parts);
     }
@@ -178,14 +178,14 @@ TEST_CASE("fcov_max clamps what a cell counts for, not which views it refers to"
     const std::shared_ptr<const Surface> surface = room_surface();
     CoverageLedger ledger(*surface, kSlots, options, kMinReferenceGain);
     const glm::dvec3 normal = surface->cells.cells[0].normal;
-    for (std::uint32_t slot = 0; slot < options.max_references; ++slot) {
+    for (ViewSlot slot{0}; slot < options.max_references; ++slot) {
       ledger.insert(slot, {{0, {normal, 0.9}}});  // one of them is worth 0.585 or more
       CHECK(ledger.coverage(0) == 0.5);
     }
     CHECK(ledger.references(0).size() == options.max_references);
     // A full cell swaps by Delta_fcov for a better one.
-    ledger.insert(options.max_references, {{0, {normal, 1}}});
-    const std::vector<std::uint32_t> references = ledger.references(0);
+    ledger.insert(ViewSlot(options.max_references), {{0, {normal, 1}}});
+    const std::vector<ViewSlot> references = ledger.references(0);
     CHECK(std::count(references.begin(), references.end(), options.max_references) == 1);
     CHECK(ledger.coverage(0) == 0.5);
   }
@@ -197,14 +197,14 @@ TEST_CASE("references stay within their bound, refer to stored views that see th
     Ledger scene(options);
     for (int i = 0; i < 300; ++i) {
       step(scene);
-      for (std::uint32_t cell = 0; cell < scene.surface->cells.cells.size(); ++cell) {
+      for (CellId cell{0}; cell < scene.surface->cells.cells.size(); ++cell) {
         std::set<std::uint32_t> seeing;
-        for (const std::uint32_t slot : scene.stored()) {
+        for (const ViewSlot slot : scene.stored()) {
           for (const CellPart& entry : scene.ledger.parts(slot)) {
             if (entry.cell == cell && entry.part.positional > 0) seeing.insert(slot);
           }
         }
-        const std::vector<std::uint32_t> references = scene.ledger.references(cell);
+        const std::vector<ViewSlot> references = scene.ledger.references(cell);
         REQUIRE(std::all_of(references.begin(), references.end(), [&](auto slot) { return seeing.contains(slot); }));
         REQUIRE(std::set<std::uint32_t>(references.begin(), references.end()).size() == references.size());
         REQUIRE(references.size() <= options.max_references);
@@ -230,8 +230,8 @@ TEST_CASE("by directions, a view more never makes the store worth less, and adds
     }
     for (std::uint32_t slot = 0; slot + 1 < kSlots; ++slot) {
       const std::vector<CellPart> parts = random_half(scene.random, *scene.surface);
-      if (scene.random() % 2 == 0) small.insert(slot, parts);
-      large.insert(slot, parts);
+      if (scene.random() % 2 == 0) small.insert(ViewSlot(slot), parts);
+      large.insert(ViewSlot(slot), parts);
       const std::vector<CellPart> further = random_half(scene.random, *scene.surface);
       CHECK(large.gain(further) >= 0);
       CHECK(small.gain(further) >= large.gain(further) - 1e-6);
@@ -244,17 +244,17 @@ TEST_CASE("by directions, the order of arrival does not change what a store is w
   const CoverageOptions options = options_of(Metric::directions);
   Ledger scene(options);
   std::vector<std::vector<CellPart>> views;
-  for (std::uint32_t slot = 0; slot < kSlots; ++slot) views.push_back(random_half(scene.random, *scene.surface));
+  for (ViewSlot slot{0}; slot < kSlots; ++slot) views.push_back(random_half(scene.random, *scene.surface));
   CoverageLedger forward(*scene.surface, kSlots, options, 0);
   CoverageLedger backward(*scene.surface, kSlots, options, 0);
-  for (std::uint32_t slot = 0; slot < kSlots; ++slot) {
+  for (ViewSlot slot{0}; slot < kSlots; ++slot) {
     forward.ask(views[slot]);
     forward.insert(slot, views[slot]);
     backward.ask(views[kSlots - 1 - slot]);
-    backward.insert(kSlots - 1 - slot, views[kSlots - 1 - slot]);
+    backward.insert(ViewSlot(kSlots - 1 - slot), views[kSlots - 1 - slot]);
   }
   CHECK(forward.summed_coverage() == Approx(backward.summed_coverage()).margin(1e-9));
-  for (std::uint32_t slot = 0; slot < kSlots; ++slot) {
+  for (ViewSlot slot{0}; slot < kSlots; ++slot) {
     CHECK(forward.loss(slot) == Approx(backward.loss(slot)).margin(1e-6));
   }
 }

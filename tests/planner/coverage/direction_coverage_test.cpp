@@ -85,7 +85,7 @@ TEST_CASE("a cell's value is the same after a rigid motion, and in [0, 1]") {
   const glm::dmat3 turn(glm::rotate(glm::dmat4(1), 0.9, glm::normalize(glm::dvec3(1, -2, 0.5))));
   DirectionCoverage still(square(), options_with(32, 3), 0);
   DirectionCoverage turned(square(turn), options_with(32, 3), 0);
-  for (std::uint32_t slot = 0; slot < 12; ++slot) {
+  for (ViewSlot slot{0}; slot < 12; ++slot) {
     const glm::dvec3 direction = glm::normalize(glm::dvec3(std::sin(slot * 2.1), std::cos(slot * 3.3), 0.2 + slot % 3));
     still.insert(0, slot, {direction, 0.3 + 0.05 * slot});
     turned.insert(0, slot, {turn * direction, 0.3 + 0.05 * slot});
@@ -105,7 +105,7 @@ TEST_CASE(
     const glm::dmat3 world_from_cell = glm::transpose(cell_frames(surface)[0].cell_from_world);
     std::uint32_t slot = 0;
     for (const glm::vec3& direction : novel_directions(64, false)) {
-      coverage.insert(0, slot++, {world_from_cell * glm::dvec3(direction), 1});
+      coverage.insert(0, ViewSlot(slot++), {world_from_cell * glm::dvec3(direction), 1});
     }
     CHECK(coverage.value(0) >= 0);
     CHECK(coverage.value(0) <= 1);
@@ -134,13 +134,13 @@ TEST_CASE("a full cell swaps the reference that is missed least, and takes it ba
   const glm::dvec3 right = glm::normalize(glm::dvec3(1, 0, 1));
   coverage.insert(0, 0, {left, 0.9});
   coverage.insert(0, 1, {glm::normalize(left + glm::dvec3(0.01, 0, 0)), 0.5});
-  CHECK(coverage.references(0) == std::vector<std::uint32_t>{0, 1});
+  CHECK(coverage.references(0) == std::vector<ViewSlot>{0, 1});
   coverage.insert(0, 2, {right, 0.9});
-  CHECK(coverage.references(0) == std::vector<std::uint32_t>{0, 2});
+  CHECK(coverage.references(0) == std::vector<ViewSlot>{0, 2});
   coverage.insert(0, 3, {right, 0.9});  // gains nothing
-  CHECK(coverage.references(0) == std::vector<std::uint32_t>{0, 2});
+  CHECK(coverage.references(0) == std::vector<ViewSlot>{0, 2});
   coverage.erase(0, 0);
-  CHECK(coverage.references(0) == std::vector<std::uint32_t>{1, 2});
+  CHECK(coverage.references(0) == std::vector<ViewSlot>{1, 2});
 }
 
 }  // namespace

@@ -106,7 +106,7 @@ TEST_CASE("between two surfaces there is none", "[nearby sight]") {
 }
 
 TEST_CASE("a view's faces by runs are those of its pixels, or others of the same cell", "[nearby sight]") {
-  const std::vector<std::uint32_t> cell_of_face = {0, 0, 1, 1, 2};
+  const std::vector<CellId> cell_of_face = {0, 0, 1, 1, 2};
   const std::vector<FaceId> face = {0, 1, 2, FaceId::none, FaceId::none, FaceId::none, FaceId::none, FaceId::none, 4,
                                     4, 3, 0};
   const std::vector<FaceId> of_cells = {

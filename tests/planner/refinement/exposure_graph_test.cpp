@@ -11,11 +11,10 @@ namespace lumatlas {
 namespace {
 
 // ln gain_of_this_view - ln gain_of_slot.
-ExposureRatio ratio_to(std::uint32_t slot, const glm::dvec3& log_ratio, double log_luminance,
-                       std::uint32_t points = 400) {
+ExposureRatio ratio_to(ViewSlot slot, const glm::dvec3& log_ratio, double log_luminance, std::uint32_t points = 400) {
   return {slot, log_ratio, glm::dvec3(log_luminance), points};
 }
-ExposureRatio grey_ratio_to(std::uint32_t slot, double log_ratio, std::uint32_t points = 400) {
+ExposureRatio grey_ratio_to(ViewSlot slot, double log_ratio, std::uint32_t points = 400) {
   return ratio_to(slot, glm::dvec3(log_ratio), log_ratio, points);
 }
 
@@ -37,8 +36,8 @@ double mean(const std::vector<double>& values) {
 void measure_all_pairs(ExposureGraph& graph, const std::vector<double>& logs, std::uint32_t first = 0) {
   for (std::uint32_t i = 0; i < logs.size(); ++i) {
     std::vector<ExposureRatio> ratios;
-    for (std::uint32_t j = 0; j < i; ++j) ratios.push_back(grey_ratio_to(first + j, logs[i] - logs[j]));
-    graph.set(first + i, ratios);
+    for (std::uint32_t j = 0; j < i; ++j) ratios.push_back(grey_ratio_to(ViewSlot(first + j), logs[i] - logs[j]));
+    graph.set(ViewSlot(first + i), ratios);
   }
 }
 
@@ -46,14 +45,14 @@ void measure_all_pairs(ExposureGraph& graph, const std::vector<double>& logs, st
 ExposureGraph biased_ring(std::uint32_t views, double bias, bool closed) {
   ExposureGraph graph(views);
   for (std::uint32_t i = 1; i < views; ++i) {
-    std::vector<ExposureRatio> ratios{grey_ratio_to(i - 1, bias)};
+    std::vector<ExposureRatio> ratios{grey_ratio_to(ViewSlot(i - 1), bias)};
     if (closed && i + 1 == views) ratios.push_back(grey_ratio_to(0, 0));
-    graph.set(i, ratios);
+    graph.set(ViewSlot(i), ratios);
   }
   return graph;
 }
 
-double log_gain(ExposureGraph& graph, std::uint32_t slot) {
+double log_gain(ExposureGraph& graph, ViewSlot slot) {
   return std::log(graph.solve(false)[slot].r);
 }
 
@@ -79,7 +78,7 @@ TEST_CASE("the same ratios give the same gains whichever of a pair was measured 
   backward.set(0, std::vector{grey_ratio_to(1, -0.6)});
   CHECK(log_gain(forward, 1) == Approx(0.3).margin(1e-3));
   CHECK(log_gain(forward, 0) == Approx(-0.3).margin(1e-3));
-  for (std::uint32_t slot = 0; slot < 2; ++slot) {
+  for (ViewSlot slot{0}; slot < 2; ++slot) {
     CHECK(log_gain(forward, slot) == Approx(log_gain(backward, slot)).margin(1e-12));
   }
 }
@@ -145,8 +144,8 @@ std::vector<ExposureRatio> noisy_ratios(std::uint32_t i, std::uint32_t neighbour
   for (std::uint32_t k = 1; k <= std::min(i, neighbours); ++k) {
     const std::uint32_t j = k % 2 == 0 ? i - k : static_cast<std::uint32_t>(random() % i);
     const double wrong = random() % 20 == 0 ? 1.2 : 0;
-    ratios.push_back(
-        grey_ratio_to(j, logs[i] - logs[j] + noise(random) + wrong, static_cast<std::uint32_t>(50 + random() % 1000)));
+    ratios.push_back(grey_ratio_to(ViewSlot(j), logs[i] - logs[j] + noise(random) + wrong,
+                                   static_cast<std::uint32_t>(50 + random() % 1000)));
   }
   return ratios;
 }
@@ -194,7 +193,7 @@ TEST_CASE("after every view of a stream the gains are those of an elimination") 
   std::vector<std::vector<ExposureRatio>> ratios;
   for (std::uint32_t i = 0; i < kViews; ++i) {
     ratios.push_back(noisy_ratios(i, 8, logs, random));
-    graph.set(i, ratios.back());
+    graph.set(ViewSlot(i), ratios.back());
     const std::vector<glm::dvec3> gains = graph.solve(false);
     if (i < 2) continue;
     const std::vector<double> exact = eliminated(ratios);
@@ -211,11 +210,11 @@ TEST_CASE("a view more costs some looks at all ratios, however many views there 
     for (std::uint32_t i = 0; i + 1 < views; ++i) {
       const std::vector<ExposureRatio> of_view = noisy_ratios(i, 20, logs, random);
       ratios += of_view.size();
-      graph.set(i, of_view);
+      graph.set(ViewSlot(i), of_view);
     }
     (void)graph.solve(false);
     const std::uint64_t before = graph.looks();
-    graph.set(views - 1, noisy_ratios(views - 1, 20, logs, random));
+    graph.set(ViewSlot(views - 1), noisy_ratios(views - 1, 20, logs, random));
     (void)graph.solve(false);
     return static_cast<double>(graph.looks() - before) / static_cast<double>(ratios);
   };
@@ -231,7 +230,7 @@ TEST_CASE("one wrong ratio of a factor of four among many does little") {
   measure_all_pairs(graph, logs);
   std::vector<ExposureRatio> ratios;
   for (std::uint32_t j = 0; j < 19; ++j) {
-    ratios.push_back(grey_ratio_to(j, logs[19] - logs[j] + (j == 4 ? std::log(4.0) : 0)));
+    ratios.push_back(grey_ratio_to(ViewSlot(j), logs[19] - logs[j] + (j == 4 ? std::log(4.0) : 0)));
   }
   graph.set(19, ratios);
   const std::vector<glm::dvec3> gains = graph.solve(false);
@@ -262,7 +261,7 @@ TEST_CASE("an erased slot leaves nothing behind, neither its own ratios nor thos
   measure_all_pairs(graph, logs);
   const std::vector<glm::dvec3> before = graph.solve(false);
   std::vector<ExposureRatio> wrong;
-  for (std::uint32_t j = 0; j < 8; ++j) wrong.push_back(grey_ratio_to(j, 0.3 * j));
+  for (std::uint32_t j = 0; j < 8; ++j) wrong.push_back(grey_ratio_to(ViewSlot(j), 0.3 * j));
   graph.set(8, wrong);
   graph.set(0, std::vector{grey_ratio_to(8, 2.0)});
   CHECK(graph.solve(false) != before);

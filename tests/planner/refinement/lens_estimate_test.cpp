@@ -225,7 +225,7 @@ TEST_CASE("of two lenses the wrong one is corrected, the right one is left alone
   CHECK(corner_move_px(estimates.lenses[0].correction, camera_of(0)) < 0.5);
   CHECK(miss_px(error, estimates.lenses[1].correction) < 1);
   const Camera right_before = atlas.view(0)->camera;
-  planner.refiner().correct_lenses(estimates, [&](std::uint32_t slot, const std::string& name) {
+  planner.refiner().correct_lenses(estimates, [&](ViewSlot slot, const std::string& name) {
     CHECK(atlas.view(slot)->camera.width == 200);
     return photograph_of(camera_of(std::stoul(name)), *visibility, error, estimates.lenses[1].correction);
   });

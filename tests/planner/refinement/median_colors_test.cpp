@@ -20,7 +20,7 @@ struct Newcomer {
         photograph(relief.photograph(where, exposure)),
         pyramid(photograph),
         samples(choose_surface_samples(camera, pyramid, relief.visibility->trace(camera.shrunk_to(160)), 500)) {}
-  [[nodiscard]] MedianColors compared_with(const Gallery& gallery, std::optional<std::uint32_t> except = {}) const {
+  [[nodiscard]] MedianColors compared_with(const Gallery& gallery, std::optional<ViewSlot> except = {}) const {
     return median_colors(camera, pyramid, samples, gallery.atlas, gallery.views, except);
   }
 
@@ -223,11 +223,11 @@ TEST_CASE("a slot that does not count, a free slot and a view that no cell refer
   Gallery gallery(4);
   add_arc(gallery, {-4, 0, 4});
   const Newcomer newcomer(gallery.relief, camera_on_arc(1));
-  const MedianColors without = newcomer.compared_with(gallery, 1);
+  const MedianColors without = newcomer.compared_with(gallery, ViewSlot{1});
   REQUIRE(without.ratios.size() == 2);
   CHECK(without.ratios[0].slot == 0);
   CHECK(without.ratios[1].slot == 2);
-  for (std::uint32_t cell = 0; cell < gallery.relief.surface->cells.cells.size(); ++cell) {
+  for (CellId cell{0}; cell < gallery.relief.surface->cells.cells.size(); ++cell) {
     gallery.atlas.set_references(cell, {2});
   }
   const MedianColors referenced = newcomer.compared_with(gallery);

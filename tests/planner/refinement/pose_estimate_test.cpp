@@ -55,9 +55,9 @@ struct Walk {
     REQUIRE(planner.store().stored_views() == views);
   }
 
-  [[nodiscard]] const Camera& stored(std::size_t number) const { return atlas.view(slot(number))->camera; }
+  [[nodiscard]] const Camera& stored(std::size_t number) const { return atlas.view(ViewSlot(slot(number)))->camera; }
   [[nodiscard]] std::uint32_t slot(std::size_t number) const {
-    for (std::uint32_t slot = 0; slot < atlas.capacity(); ++slot) {
+    for (ViewSlot slot{0}; slot < atlas.capacity(); ++slot) {
       if (atlas.view(slot)->name == std::to_string(number)) return slot;
     }
     throw std::logic_error("no such view");
@@ -183,7 +183,7 @@ TEST_CASE("a solution can be stopped, and the store is whole after") {
     calls_left = last;
     CHECK_THROWS_AS(walk.planner.refiner().solve_poses(kAllPoints), Stop);
     for (std::size_t number = 0; number < 8; ++number) {
-      const auto view = walk.atlas.view(walk.slot(number));
+      const auto view = walk.atlas.view(ViewSlot(walk.slot(number)));
       CHECK(view->mask->depth == walk.relief.visibility->trace(view->camera).depth);
     }
   }

@@ -79,8 +79,8 @@ struct ReliefStream {
     return frames;
   }
   // Slot of the stored view with that name.
-  [[nodiscard]] std::optional<std::uint32_t> slot_of(const std::string& name) const {
-    for (std::uint32_t slot = 0; slot < atlas.capacity(); ++slot) {
+  [[nodiscard]] std::optional<ViewSlot> slot_of(const std::string& name) const {
+    for (ViewSlot slot{0}; slot < atlas.capacity(); ++slot) {
       if (atlas.view(slot) && atlas.view(slot)->name == name) return slot;
     }
     return std::nullopt;
@@ -160,7 +160,7 @@ TEST_CASE("disturbed poses end nearer to the truth than they were given, and gai
 
 // Depth and mask of each stored view are those of the pose that it is stored with.
 void check_whole(const ReliefStream& stream, const PlannerOptions& options) {
-  for (std::uint32_t slot = 0; slot < stream.atlas.capacity(); ++slot) {
+  for (ViewSlot slot{0}; slot < stream.atlas.capacity(); ++slot) {
     const auto view = stream.atlas.view(slot);
     if (!view) continue;
     CHECK_NOTHROW(check(view->camera));
@@ -190,7 +190,7 @@ TEST_CASE("a pose that polishing moves by a little is in the store once that has
     stream.planner.refiner().settle();
     std::size_t moved = 0;
     for (const Frame& f : frames) {
-      const std::uint32_t slot = stream.slot_of(f.name).value();
+      const ViewSlot slot(stream.slot_of(f.name).value());
       const Camera& after = stream.atlas.view(slot)->camera;
       CHECK(pose_error_px(before.views[slot]->camera, after, f.points) < kDepthStandsPx);
       moved += !same_camera(before.views[slot]->camera, after);
@@ -403,14 +403,14 @@ struct RefinerAlone {
 
   // Nothing is compared with views that no cell refers to.
   void refer_to_all() {
-    for (std::uint32_t cell = 0; cell < relief.surface->cells.cells.size(); ++cell) atlas.set_references(cell, slots);
+    for (CellId cell{0}; cell < relief.surface->cells.cells.size(); ++cell) atlas.set_references(cell, slots);
   }
 
   Relief relief;
   Atlas atlas;
   Refiner refiner;
   ReliefStream walk{1, options_for_relief()};
-  std::vector<std::uint32_t> slots;
+  std::vector<ViewSlot> slots;
 };
 
 TEST_CASE("polishing improves a store whose poses were stored as they came") {
@@ -418,7 +418,7 @@ TEST_CASE("polishing improves a store whose poses were stored as they came") {
   const std::vector<Frame> frames = alone.store_as_given(10, 2);
   const auto error = [&] {
     double sum = 0;
-    for (std::uint32_t slot = 0; slot < 10; ++slot) {
+    for (ViewSlot slot{0}; slot < 10; ++slot) {
       sum += pose_error_px(alone.atlas.view(slot)->camera, frames[slot].truth, frames[slot].points);
     }
     return sum / 10;
@@ -439,14 +439,14 @@ TEST_CASE("a pose that is far from the one in the store is there before that set
   const std::vector<Frame> frames = alone.store_as_given(10, 6);
   for (int step = 0; step < 4; ++step) (void)alone.refiner.polish();
   std::size_t moved = 0;
-  for (std::uint32_t slot = 0; slot < 10; ++slot) {
+  for (ViewSlot slot{0}; slot < 10; ++slot) {
     const Camera before = alone.atlas.view(slot)->camera;
     moved += pose_error_px(before, frames[slot].given, frames[slot].points) > kDepthStandsPx;
   }
   CHECK(moved > 5);
   const Snapshot polished = alone.atlas.snapshot();
   alone.refiner.settle();
-  for (std::uint32_t slot = 0; slot < 10; ++slot) {
+  for (ViewSlot slot{0}; slot < 10; ++slot) {
     const Camera& after = alone.atlas.view(slot)->camera;
     CHECK(pose_error_px(polished.views[slot]->camera, after, frames[slot].points) < kDepthStandsPx);
   }
@@ -457,7 +457,7 @@ TEST_CASE("a view that stays where it was given is not made anew, and one that m
   options.refinement.trust.enabled = false;  // so that only a pose can be the reason
   const auto stored = [](const ReliefStream& stream) {
     std::vector<std::shared_ptr<const StoredView>> views;
-    for (std::uint32_t slot = 0; slot < 6; ++slot) views.push_back(stream.atlas.view(slot));
+    for (ViewSlot slot{0}; slot < 6; ++slot) views.push_back(stream.atlas.view(slot));
     return views;
   };
   ReliefStream right(16, options);
@@ -501,11 +501,11 @@ TEST_CASE("a view that stays is compared at the points that were chosen before, 
   const ReliefStream walk(1, options);
   for (std::size_t i = 0; i < 6; ++i) {
     const Frame f = walk.frame(i, 0, 0);
-    const std::uint32_t slot = atlas.insert(make_stored_view(f.name, f.given, relief.photograph(f.truth),
-                                                             relief.visibility->trace(f.given), ValidityOptions{}));
+    const ViewSlot slot = atlas.insert(make_stored_view(f.name, f.given, relief.photograph(f.truth),
+                                                        relief.visibility->trace(f.given), ValidityOptions{}));
     refiner.stored(slot, f.given, Refinement{});
   }
-  for (std::uint32_t cell = 0; cell < relief.surface->cells.cells.size(); ++cell) {
+  for (CellId cell{0}; cell < relief.surface->cells.cells.size(); ++cell) {
     atlas.set_references(cell, {0, 1, 2, 3, 4, 5});
   }
   const auto polished = [&] {
@@ -533,7 +533,7 @@ TEST_CASE("what a view sees is asked once for its place and its masks, and masks
   const PlannerOptions options = options_for_relief();
   const auto store = [&](Atlas& atlas, Refiner& refiner, bool with_faces) {
     const ReliefStream walk(1, options);
-    for (std::uint32_t cell = 0; cell < relief.surface->cells.cells.size(); ++cell) atlas.set_references(cell, {});
+    for (CellId cell{0}; cell < relief.surface->cells.cells.size(); ++cell) atlas.set_references(cell, {});
     for (std::size_t i = 0; i < 6; ++i) {
       const Frame f = walk.frame(i, 0, 0);
       VisibilityBuffer visible = relief.visibility->trace(f.given);
@@ -542,10 +542,10 @@ TEST_CASE("what a view sees is asked once for its place and its masks, and masks
       if (i == 5) std::fill(photograph.rgb.begin(), photograph.rgb.begin() + 3 * 40 * photograph.width, 40);
       TiledView tiled = make_tiled_view(f.name, f.given, std::move(photograph), std::move(visible),
                                         relief.surface->cells, atlas.layout(), ValidityOptions{});
-      const std::uint32_t slot = atlas.insert(std::move(tiled.view), std::move(tiled.shown));
+      const ViewSlot slot = atlas.insert(std::move(tiled.view), std::move(tiled.shown));
       refiner.stored(slot, f.given, Refinement{}, face);
     }
-    for (std::uint32_t cell = 0; cell < relief.surface->cells.cells.size(); ++cell) {
+    for (CellId cell{0}; cell < relief.surface->cells.cells.size(); ++cell) {
       atlas.set_references(cell, {0, 1, 2, 3, 4, 5});
     }
     counting.traced = 0;
@@ -559,7 +559,7 @@ TEST_CASE("what a view sees is asked once for its place and its masks, and masks
   CHECK(traced_with == 0);
   CHECK(traced_without > 6);  // for masks, and for a place once a mask is another
   bool any_masked = false;
-  for (std::uint32_t slot = 0; slot < 6; ++slot) {
+  for (ViewSlot slot{0}; slot < 6; ++slot) {
     CHECK(told.view(slot)->mask->depth == asked.view(slot)->mask->depth);
     CHECK(told.view(slot)->mask->validity == asked.view(slot)->mask->validity);
     any_masked = any_masked || !told.view(slot)->mask->trust.empty();
@@ -639,10 +639,10 @@ TEST_CASE("views that were given wrong poses rest once they are right, and are n
   for (std::size_t i = 24; i < 54; ++i) offer(i, 0);
   const std::uint64_t until_rest = stream.planner.refiner().revisited();
   std::vector<std::shared_ptr<const StoredView>> before;
-  for (std::uint32_t slot = 0; slot < 24; ++slot) before.push_back(stream.atlas.view(slot));
+  for (ViewSlot slot{0}; slot < 24; ++slot) before.push_back(stream.atlas.view(slot));
   for (std::size_t i = 54; i < 66; ++i) offer(i, 0);
   CHECK(stream.planner.refiner().revisited() == until_rest);
-  for (std::uint32_t slot = 0; slot < 24; ++slot) CHECK(stream.atlas.view(slot) == before[slot]);
+  for (ViewSlot slot{0}; slot < 24; ++slot) CHECK(stream.atlas.view(slot) == before[slot]);
 }
 
 // As the walk goes on, all poses right, until the planner rests and further.
@@ -766,9 +766,7 @@ TEST_CASE("polishing, masks and cameras can be stopped between one view and the 
   const std::vector<Frame> frames = stream.offer_all(8, 4, 1);
   LensEstimates estimates = stream.planner.refiner().estimate_lenses();
   for (LensEstimate& lens : estimates.lenses) lens.significant = true;
-  const auto as_it_is = [&](std::uint32_t slot, const std::string&) {
-    return stream.atlas.view(slot)->photograph->whole();
-  };
+  const auto as_it_is = [&](ViewSlot slot, const std::string&) { return stream.atlas.view(slot)->photograph->whole(); };
   const tbb::global_control one_thread(tbb::global_control::max_allowed_parallelism, 1);
   for (const int calls : {0, 3, 8, 11}) {
     CAPTURE(calls);
@@ -810,7 +808,7 @@ TEST_CASE("the exposure of a view that has left says nothing about the one that 
                                              stream.relief.visibility->trace(f.given), ValidityOptions{}));
     Refinement refinement;
     refinement.ratios = std::move(ratios);
-    refiner.stored(slot, f.given, refinement);
+    refiner.stored(ViewSlot(slot), f.given, refinement);
     return slot;
   };
   REQUIRE(store(0, {}) == 0);
@@ -837,8 +835,8 @@ TEST_CASE("the exposures of views that leave for one say nothing about it, nor a
   store(0, {});
   store(1, {});
   for (const std::uint32_t slot : {0u, 1u}) {
-    refiner.erased(slot);
-    stream.atlas.erase(slot);
+    refiner.erased(ViewSlot(slot));
+    stream.atlas.erase(ViewSlot(slot));
   }
   // It was compared with both while they were there.
   const glm::dvec3 brighter(0.5);
@@ -863,7 +861,7 @@ TEST_CASE("a store of three views goes on refining while others are offered and 
   CHECK_NOTHROW(stream.planner.refiner().settle());
   const PolishStep step = stream.planner.refiner().polish();
   CHECK(step.residual_after <= step.residual_before);
-  for (std::uint32_t slot = 0; slot < 3; ++slot) CHECK_NOTHROW(check(stream.atlas.view(slot)->camera));
+  for (ViewSlot slot{0}; slot < 3; ++slot) CHECK_NOTHROW(check(stream.atlas.view(slot)->camera));
 }
 
 TEST_CASE(
@@ -880,7 +878,7 @@ TEST_CASE(
     }
     stream.planner.offer(f.name, f.given, photograph);
   }
-  const std::uint32_t slot = stream.slot_of("view 1").value();
+  const ViewSlot slot(stream.slot_of("view 1").value());
   REQUIRE_FALSE(stream.atlas.view(slot)->mask->trust.empty());
   CHECK(static_cast<int>(stream.atlas.view(slot)->mask->trust[85 * 240 + 120]) == 0);
   stream.planner.refiner().polish();
@@ -888,7 +886,8 @@ TEST_CASE(
   REQUIRE_FALSE(stream.atlas.view(slot)->mask->trust.empty());
   CHECK(static_cast<int>(stream.atlas.view(slot)->mask->trust[85 * 240 + 120]) == 0);
   for (std::uint32_t other = 0; other < 8; ++other) {
-    if (other != slot && stream.atlas.view(other)) CHECK(stream.atlas.view(other)->mask->trust.empty());
+    if (other != slot && stream.atlas.view(ViewSlot(other)))
+      CHECK(stream.atlas.view(ViewSlot(other))->mask->trust.empty());
   }
 }
 

@@ -71,10 +71,10 @@ Photograph photograph_of(const WallPaint& paint, const Camera& camera) {
 std::shared_ptr<const Surface> wall_before(double before) {
   auto surface = std::make_shared<Surface>();
   add_wall(surface->mesh, 16, 16, 0.125f, static_cast<float>(kWallDepth - before));
-  std::vector<std::uint32_t> cell_of_face;
+  std::vector<CellId> cell_of_face;
   for (std::uint32_t face = 0; face < 2 * 16 * 16; ++face) {
     const std::uint32_t square = face / 2;
-    cell_of_face.push_back(square % 16 / 4 + 4 * (square / 16 / 4));
+    cell_of_face.emplace_back(square % 16 / 4 + 4 * (square / 16 / 4));
   }
   surface->cells = measure_cells(surface->mesh, std::move(cell_of_face), 0.5);
   return surface;
@@ -84,12 +84,12 @@ std::shared_ptr<const Surface> wall_before(double before) {
 Snapshot photographed(const std::shared_ptr<const Surface>& surface, const std::vector<WallPaint>& paints) {
   const std::vector<double> degrees{-8, 0, 8};
   Atlas atlas(surface, 3);
-  std::vector<std::uint32_t> slots;
+  std::vector<ViewSlot> slots;
   for (std::size_t i = 0; i < paints.size(); ++i) {
     const Camera camera = beside(degrees[i]);
     slots.push_back(atlas.insert(traced_view(*surface, "", camera, photograph_of(paints[i], camera))));
   }
-  for (std::uint32_t cell = 0; cell < surface->cells.cells.size(); ++cell) atlas.set_references(cell, slots);
+  for (CellId cell{0}; cell < surface->cells.cells.size(); ++cell) atlas.set_references(cell, slots);
   return atlas.snapshot();
 }
 

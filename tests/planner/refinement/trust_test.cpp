@@ -49,7 +49,7 @@ Gallery& with_views(Gallery& gallery, const std::vector<double>& degrees, const 
 
 std::vector<std::uint8_t> mask_of(const Gallery& gallery, const Camera& camera, const Photograph& photograph,
                                   const TrustOptions& options = {}, double gain = 1,
-                                  std::optional<std::uint32_t> self = {}) {
+                                  std::optional<ViewSlot> self = {}) {
   const Pyramid pyramid(photograph);
   return trust_mask(camera, pyramid, glm::dvec3(gain),
                     gallery.relief.visibility->trace(camera.shrunk_to(options.grid_px)), gallery.atlas, gallery.views,
@@ -188,7 +188,7 @@ TEST_CASE("a view is no evidence about itself, and no views contradict nothing")
   const Photograph photograph = with_box(gallery.relief.photograph(camera), {210, 20, 30});
   const std::uint32_t self = gallery.add(camera, gallery.relief.photograph(camera));
   CHECK_FALSE(mask_of(gallery, camera, photograph).empty());
-  CHECK(mask_of(gallery, camera, photograph, {}, 1, self).empty());
+  ViewSlot(CHECK)(mask_of(gallery, camera, photograph, {}, 1, ViewSlot(self)).empty());
   const Gallery nobody(2);
   CHECK(mask_of(nobody, camera, photograph).empty());
 }

@@ -115,8 +115,7 @@ TEST_CASE("what the pictures of a store lose is what they lose in its folds, dra
 
   EglContext context;
   Snapshot snapshot = store.atlas.snapshot();
-  const auto draw = [&](std::vector<std::uint32_t> slots, const std::array<std::uint32_t, 1>& absent,
-                        const Camera& camera) {
+  const auto draw = [&](std::vector<ViewSlot> slots, const std::array<ViewSlot, 1>& absent, const Camera& camera) {
     std::sort(slots.begin(), slots.end());
     snapshot.references = Hindsight(store.planner).references_among(slots, absent);
     Renderer renderer;
@@ -124,8 +123,8 @@ TEST_CASE("what the pictures of a store lose is what they lose in its folds, dra
     return renderer.render(camera, {});
   };
   double sum = 0;
-  for (std::uint32_t out = 0; out < 8; ++out) {
-    std::vector<std::uint32_t> others, left;
+  for (ViewSlot out{0}; out < 8; ++out) {
+    std::vector<ViewSlot> others, left;
     for (const ThinningStep& step : Hindsight(store.planner).thinning_order(std::array{out})) {
       others.push_back(step.slot);
       if (step.gap > gap) left.push_back(step.slot);
@@ -145,16 +144,16 @@ TEST_CASE("what the pictures of a store lose is what they lose in its folds, dra
 }
 
 // A fold's store, in such a share of the whole store's tiles.
-Snapshot with_tiles(const Store& store, std::uint32_t absent, double share) {
+Snapshot with_tiles(const Store& store, ViewSlot absent, double share) {
   Snapshot snapshot = store.atlas.snapshot();
   TileTable& tiles = snapshot.tiles;
   const double wanted = share * tiles.resident_tiles();
   const auto begin = tiles.slots.begin();
   std::fill(begin + tiles.first_tile[absent], begin + tiles.first_tile[absent + 1], TilePlace::none);
   leave_out_views_without_tiles(snapshot);
-  std::vector<std::uint32_t> others;
+  std::vector<ViewSlot> others;
   std::vector<SharedShownCells> shown;
-  for (std::uint32_t slot = 0; slot < snapshot.views.size(); ++slot) {
+  for (ViewSlot slot{0}; slot < snapshot.views.size(); ++slot) {
     if (snapshot.views[slot]) others.push_back(slot);
     shown.push_back(snapshot.views[slot] ? store.atlas.shown(slot) : std::make_shared<std::vector<ShownCell>>());
   }
@@ -189,7 +188,7 @@ TEST_CASE("each fold chooses its own tiles, and loses more the fewer they are") 
     CHECK(measured.now({{}, 0, 1}).mean_db == Approx(0).margin(1e-3));
   }
   EglContext context;
-  const auto draw = [&](std::uint32_t absent, double share, const Camera& camera) {
+  const auto draw = [&](ViewSlot absent, double share, const Camera& camera) {
     Renderer renderer({.join_cells = false});
     renderer.load(with_tiles(store, absent, share));
     BlendOptions options;
@@ -199,8 +198,8 @@ TEST_CASE("each fold chooses its own tiles, and loses more the fewer they are") 
   double last = 1e-3;
   for (std::size_t i = 0; i < kShares.size(); ++i) {
     double sum = 0, ssim_sum = 0;
-    for (std::uint32_t out = 0; out < 8; ++out) {
-      const StoredView& view = *store.atlas.view(out);
+    for (ViewSlot out{0}; out < 8; ++out) {
+      const StoredView& view = *store.atlas.view(ViewSlot(out));
       const Rendering whole = draw(out, 1, view.camera), less = draw(out, kShares[i], view.camera);
       const std::vector<std::uint8_t> counts = textured_pixels(whole);
       sum +=

@@ -81,7 +81,7 @@ TEST_CASE("mode trust shows the shift by the surface's deviation, and needs a mo
   REQUIRE(trust.values.size() == visible.face.size());
   for (std::size_t pixel = 0; pixel < visible.face.size(); ++pixel) {
     const bool seen = visible.face[pixel] != FaceId::none;
-    const std::uint32_t cell = seen ? snapshot.surface->cells.cell_of_face[visible.face[pixel]] : 0;
+    const CellId cell = seen ? snapshot.surface->cells.cell_of_face[visible.face[pixel]] : CellId(0);
     const bool counts = seen && snapshot.cell_seen[cell] != 0 && !snapshot.references.of_cell(cell).empty();
     REQUIRE(std::isnan(trust.values[pixel]) == !counts);
     if (!counts) continue;
@@ -138,7 +138,7 @@ TEST_CASE("views are named where they are few") {
   Snapshot snapshot = patchy_room();
   const ColorBar few = ModeColors(snapshot, Mode::winner, {}).bar();
   REQUIRE(few.names.size() == 6 + 3);
-  for (std::uint32_t slot = 0; slot < 6; ++slot) {
+  for (ViewSlot slot{0}; slot < 6; ++slot) {
     CHECK(few.names[slot].name == snapshot.views[slot]->name);
     CHECK(few.names[slot].color == distinct_color(slot));
   }

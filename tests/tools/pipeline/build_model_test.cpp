@@ -146,7 +146,7 @@ TEST_CASE("snapshots that are taken while a model is built do not change it") {
   CHECK(watched == nullptr);
   const auto resident = [](const Snapshot& snapshot) {
     std::vector<bool> tiles;
-    for (const std::uint32_t slot : snapshot.tiles.slots) tiles.push_back(slot != TilePlace::none);
+    for (const TilePlace slot : snapshot.tiles.slots) tiles.push_back(slot != TilePlace::none);
     return tiles;
   };
   CHECK(stored(result) == stored(alone));
@@ -419,7 +419,7 @@ bool has_resident_tile_in_every_view(const Snapshot& snapshot) {
   for (std::size_t view = 0; view < snapshot.views.size(); ++view) {
     const auto begin = snapshot.tiles.slots.begin() + snapshot.tiles.first_tile[view];
     const auto end = snapshot.tiles.slots.begin() + snapshot.tiles.first_tile[view + 1];
-    const bool any = std::any_of(begin, end, [](std::uint32_t slot) { return slot != TilePlace::none; });
+    const bool any = std::any_of(begin, end, [](TilePlace slot) { return slot != TilePlace::none; });
     if (any != (snapshot.views[view] != nullptr)) return false;
   }
   return true;

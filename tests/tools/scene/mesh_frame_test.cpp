@@ -5,7 +5,6 @@
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <cstdio>
-#include <fstream>
 #include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
 #include <limits>
@@ -13,10 +12,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "mesh/readers/mesh_file.h"
-#include "tests/support/temporary_folder.h"
 #include "tools/scene/mesh_coordinate_step.h"
-#include "tools/surface/surface_input.h"
 
 namespace lumatlas {
 namespace {
@@ -108,21 +104,6 @@ TEST_CASE("frames that cannot be are refused by name") {
   CHECK_THROWS_WITH(check(MeshFrame{.axes = glm::dmat3(0.0)}), Catch::Contains("axes must have one 1 or -1"));
   const double no_number = std::numeric_limits<double>::quiet_NaN();
   CHECK_THROWS_WITH(check(MeshFrame{.shift = {0, no_number, 0}}), "mesh frame: shift is nan, must be within 1e12 of 0");
-}
-
-TEST_CASE("a mesh file is moved before it becomes floats") {
-  const TemporaryFolder folder;
-  TriangleSoup soup = box_corner();
-  for (glm::dvec3& position : soup.positions) position += glm::dvec3(500000.03125, 4500000.0625, 0);
-  {
-    std::ofstream file(folder / "mesh.ply", std::ios::binary);
-    write_ply(file, soup);
-  }
-  const MeshInput moved = load_mesh(folder.path(), std::nullopt, 0, {.shift = {-500000, -4500000, 0}});
-  CHECK(moved.offset == glm::dvec3(0.53125, 1.0625, 1.5));
-  CHECK(moved.mesh.positions.front() == glm::vec3(-0.5f, -1, -1.5f));
-  CHECK(moved.facts.frame.shift.y == -4500000);
-  CHECK_THROWS_AS(load_mesh(folder.path(), std::nullopt, 0, {.scale = -1}), std::invalid_argument);
 }
 
 // Points that use all digits of their numbers, and what a file of fewer digits makes of them.

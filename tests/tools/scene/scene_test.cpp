@@ -14,7 +14,6 @@
 #include "tests/support/colmap_bytes.h"
 #include "tests/support/skip.h"
 #include "tests/support/temporary_folder.h"
-#include "tools/surface/surface_input.h"
 
 namespace lumatlas {
 namespace {
@@ -385,25 +384,6 @@ TEST_CASE("a scene without a mesh gets a sentence with all the places") {
           "odm_25dmesh, texturedMesh): name one with "
           "--mesh, or make one with `lumatlas mesh " +
           folder.path().string() + " -o " + folder.path().string() + "/mesh.ply`");
-}
-
-TEST_CASE("colours of a PLY mesh under names that are not read are told, and those that are read are not") {
-  const TemporaryFolder folder;
-  const auto warnings = [&](const std::string& prefix) {
-    std::string ply = "ply\nformat ascii 1.0\nelement vertex 3\n";
-    for (const std::string name : {"x", "y", "z"}) ply += "property float " + name + "\n";
-    for (const std::string name : {"red", "green", "blue"}) ply += "property uchar " + prefix + name + "\n";
-    ply += "element face 1\nproperty list uchar int vertex_indices\nend_header\n";
-    ply += "0 0 0 1 2 3\n1 0 0 1 2 3\n0 1 0 1 2 3\n3 0 1 2\n";
-    write_file(folder / "mesh.ply", ply);
-    return load_mesh(folder.path(), std::nullopt).facts.warnings;
-  };
-  CHECK(warnings("").empty());
-  CHECK(warnings("diffuse_").empty());
-  CHECK(warnings("ambient_") ==
-        std::vector{(folder / "mesh.ply").string() +
-                    ": its vertices have colours that are not read, named ambient_red, ambient_green, ambient_blue: "
-                    "name them red, green and blue"});
 }
 
 TEST_CASE("every hold-th view is held out and scored") {

@@ -20,7 +20,7 @@ TEST_CASE("a baseline of all views needs a surface that is whole, and ranks of v
   auto surface = std::make_shared<Surface>();
   add_wall(surface->mesh, 2, 2, 1, 4);
   CHECK_THROWS_WITH(unbounded_lumigraph(surface, {}, {}, options, progress), Catch::Contains("cell_of_face"));
-  surface->cells = measure_cells(surface->mesh, std::vector<std::uint32_t>(surface->mesh.faces.size(), 0), 5);
+  surface->cells = measure_cells(surface->mesh, std::vector<CellId>(surface->mesh.faces.size(), 0), 5);
   CHECK_THROWS_WITH(unbounded_lumigraph(surface, {}, {0}, options, progress), Catch::Contains("a rank is 0"));
 }
 

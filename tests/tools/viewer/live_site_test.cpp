@@ -233,7 +233,8 @@ TEST_CASE("a snapshot looks like another until something that is drawn differs")
   other.views[1] = std::make_shared<StoredView>(*scene.views[1]);
   CHECK_FALSE(look_alike(scene, other));
   other = scene;
-  other.references.views.front() ^= 1;
+  ViewSlot& first = other.references.views.front();
+  first = ViewSlot(first ^ 1u);
   CHECK_FALSE(look_alike(scene, other));
   other = scene;
   FallbackColors::Colors colors = other.vertex_colors.get();

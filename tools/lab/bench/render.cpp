@@ -52,17 +52,17 @@ struct Flags {
 };
 
 // Returns for each cell the stored views that see it, those with the most pixels on it first.
-std::vector<std::vector<std::uint32_t>> views_of_cells(const Snapshot& model) {
+std::vector<std::vector<ViewSlot>> views_of_cells(const Snapshot& model) {
   const Cells& cells = model.surface->cells;
   const auto visibility = make_ray_visibility(model.surface->mesh);
-  std::vector<std::vector<std::pair<std::int64_t, std::uint32_t>>> seen(cells.cells.size());
-  for (std::uint32_t slot = 0; slot < model.views.size(); ++slot) {
+  std::vector<std::vector<std::pair<std::int64_t, ViewSlot>>> seen(cells.cells.size());
+  for (ViewSlot slot{0}; slot < model.views.size(); ++slot) {
     if (!model.views[slot]) continue;
     for (const CellPixels& cell : count_cell_pixels(visibility->trace(model.views[slot]->camera), cells)) {
       seen[cell.cell].emplace_back(-std::int64_t{cell.pixels}, slot);
     }
   }
-  std::vector<std::vector<std::uint32_t>> views(seen.size());
+  std::vector<std::vector<ViewSlot>> views(seen.size());
   for (std::size_t cell = 0; cell < seen.size(); ++cell) {
     std::sort(seen[cell].begin(), seen[cell].end());
     for (const auto& [pixels, slot] : seen[cell]) views[cell].push_back(slot);
@@ -70,9 +70,9 @@ std::vector<std::vector<std::uint32_t>> views_of_cells(const Snapshot& model) {
   return views;
 }
 
-ReferenceTable at_most(const std::vector<std::vector<std::uint32_t>>& views, std::size_t references) {
+ReferenceTable at_most(const std::vector<std::vector<ViewSlot>>& views, std::size_t references) {
   ReferenceTable table;
-  for (const std::vector<std::uint32_t>& of_cell : views) {
+  for (const std::vector<ViewSlot>& of_cell : views) {
     const auto taken = static_cast<std::ptrdiff_t>(std::min(references, of_cell.size()));
     table.views.insert(table.views.end(), of_cell.begin(), of_cell.begin() + taken);
     table.offsets.push_back(static_cast<std::uint32_t>(table.views.size()));
@@ -82,11 +82,11 @@ ReferenceTable at_most(const std::vector<std::vector<std::uint32_t>>& views, std
 
 // Returns the references of other lumigraph renderers: every cell tries every stored view.
 ReferenceTable every_view(const Snapshot& model) {
-  std::vector<std::uint32_t> all;
-  for (std::uint32_t slot = 0; slot < model.views.size(); ++slot) {
+  std::vector<ViewSlot> all;
+  for (ViewSlot slot{0}; slot < model.views.size(); ++slot) {
     if (model.views[slot]) all.push_back(slot);
   }
-  return at_most(std::vector<std::vector<std::uint32_t>>(model.surface->cells.cells.size(), all), all.size());
+  return at_most(std::vector<std::vector<ViewSlot>>(model.surface->cells.cells.size(), all), all.size());
 }
 
 // The last one has all steps: the renderer's defaults.
@@ -200,14 +200,14 @@ Snapshot keeping(const Snapshot& model, const std::vector<bool>& kept) {
   Snapshot rest = model;
   rest.references = {};
   rest.references.offsets.assign(1, 0);
-  for (std::uint32_t cell = 0; cell + 1 < model.references.offsets.size(); ++cell) {
-    for (const std::uint32_t slot : model.references.of_cell(cell)) {
+  for (CellId cell{0}; cell + 1 < model.references.offsets.size(); ++cell) {
+    for (const ViewSlot slot : model.references.of_cell(cell)) {
       if (kept[slot]) rest.references.views.push_back(slot);
     }
     rest.references.offsets.push_back(static_cast<std::uint32_t>(rest.references.views.size()));
   }
   if (!rest.tiles.whole_views()) rest.tiles.slots.clear();
-  for (std::uint32_t slot = 0; slot < model.views.size(); ++slot) {
+  for (ViewSlot slot{0}; slot < model.views.size(); ++slot) {
     if (!kept[slot]) rest.views[slot].reset();
     if (rest.tiles.whole_views()) continue;
     const auto tiles = model.tiles.slots.begin();
@@ -223,9 +223,9 @@ Snapshot keeping(const Snapshot& model, const std::vector<bool>& kept) {
   return rest;
 }
 
-std::vector<std::uint32_t> slots_with_views(const Snapshot& model) {
-  std::vector<std::uint32_t> slots;
-  for (std::uint32_t slot = 0; slot < model.views.size(); ++slot) {
+std::vector<ViewSlot> slots_with_views(const Snapshot& model) {
+  std::vector<ViewSlot> slots;
+  for (ViewSlot slot{0}; slot < model.views.size(); ++slot) {
     if (model.views[slot]) slots.push_back(slot);
   }
   return slots;
@@ -272,7 +272,7 @@ Loads time_loads(const std::vector<std::vector<bool>>& kept, Snapshot model, con
 
 void measure_loads(const std::filesystem::path& path, const Flags& flags) {
   const Snapshot model = read_model(path).snapshot;
-  const std::vector<std::uint32_t> slots = slots_with_views(model);
+  const std::vector<ViewSlot> slots = slots_with_views(model);
   const std::size_t count = std::size_t{flags.pictures} * flags.repeats;
   if (slots.size() < count + 3) {
     throw std::invalid_argument(path.string() + ": stores " + std::to_string(slots.size()) + " views, for " +

@@ -52,12 +52,12 @@ std::shared_ptr<const Surface> hilly_sheet(std::uint32_t vertices) {
     }
   }
   const std::uint32_t columns = (quads + kQuadsOfCell - 1) / kQuadsOfCell;
-  std::vector<std::uint32_t> cell_of_face;
+  std::vector<CellId> cell_of_face;
   for (std::uint32_t j = 0; j < quads; ++j) {
     for (std::uint32_t i = 0; i < quads; ++i) {
       const std::uint32_t a = j * (quads + 1) + i, c = a + quads + 2;
       surface->mesh.faces.insert(surface->mesh.faces.end(), {{a, a + 1, c}, {a, c, c - 1}});
-      cell_of_face.insert(cell_of_face.end(), 2, j / kQuadsOfCell * columns + i / kQuadsOfCell);
+      cell_of_face.insert(cell_of_face.end(), 2, CellId(j / kQuadsOfCell * columns + i / kQuadsOfCell));
     }
   }
   surface->cells =
@@ -87,17 +87,17 @@ Photograph noise(std::uint32_t width, std::uint32_t height, std::uint32_t seed) 
 std::unique_ptr<Atlas> store_of(const std::shared_ptr<const Surface>& surface, const Visibility& visibility,
                                 const std::vector<Camera>& cameras) {
   auto atlas = std::make_unique<Atlas>(surface, static_cast<std::uint32_t>(cameras.size()), kLayout);
-  std::vector<std::vector<std::uint32_t>> references(surface->cells.cells.size());
+  std::vector<std::vector<ViewSlot>> references(surface->cells.cells.size());
   for (const Camera& camera : cameras) {
     VisibilityBuffer visible = visibility.trace_sparsely(camera);
     const std::vector<CellPixels> cells = count_cell_pixels(visible, surface->cells);
     TiledView tiled = make_tiled_view("view " + std::to_string(atlas->size()), camera,
                                       noise(camera.width, camera.height, atlas->size()), std::move(visible),
                                       surface->cells, kLayout, {});
-    const std::uint32_t slot = atlas->insert(std::move(tiled.view), std::move(tiled.shown));
+    const ViewSlot slot = atlas->insert(std::move(tiled.view), std::move(tiled.shown));
     for (const CellPixels& seen : cells) references[seen.cell].push_back(slot);
   }
-  for (std::uint32_t cell = 0; cell < references.size(); ++cell) {
+  for (CellId cell{0}; cell < references.size(); ++cell) {
     atlas->set_references(cell, std::move(references[cell]));
   }
   return atlas;
@@ -115,13 +115,13 @@ double median_ms(std::uint32_t repeats, const std::function<void()>& prepare, co
   return percentile(times, 0.5);
 }
 
-Camera moved(const Atlas& atlas, std::uint32_t slot) {
+Camera moved(const Atlas& atlas, ViewSlot slot) {
   Camera camera = atlas.view(slot)->camera;
   camera.cam_from_world_translation.x += 1e-4;
   return camera;
 }
 
-void move(Atlas& atlas, std::uint32_t slot) {
+void move(Atlas& atlas, ViewSlot slot) {
   const ViewPose pose{slot, moved(atlas, slot)};
   atlas.set_poses({&pose, 1});
 }
@@ -144,7 +144,7 @@ nlohmann::json measured_store(const std::shared_ptr<const Surface>& surface, con
       1, [] {}, [&] { snapshot = atlas->snapshot(); });
   const auto take = [&] { snapshot = atlas->snapshot(); };
   std::uint32_t slot = 0;
-  const auto move_next = [&] { move(*atlas, slot++ % flags.views); };
+  const auto move_next = [&] { move(*atlas, ViewSlot(slot++ % flags.views)); };
   result["first_colors_ms"] = median_ms(
       1, [] {}, [&] { (void)snapshot.vertex_colors.get(); });
   result["snapshot_after_a_moved_view_ms"] = median_ms(flags.repeats, move_next, take);
@@ -161,7 +161,7 @@ nlohmann::json measured_store(const std::shared_ptr<const Surface>& surface, con
       flags.repeats, [] {},
       [&] {
         std::vector<ViewPose> poses;
-        for (std::uint32_t view = 0; view < flags.views; ++view) poses.push_back({view, moved(*atlas, view)});
+        for (ViewSlot view{0}; view < flags.views; ++view) poses.push_back({view, moved(*atlas, view)});
         atlas->set_poses(poses);
         take();
       });
@@ -224,7 +224,7 @@ nlohmann::json measured_reading(const Flags& flags) {
   const std::shared_ptr<const Surface> surface = hilly_sheet(10'000);
   const std::unique_ptr<Visibility> visibility = make_ray_visibility(surface->mesh);
   Atlas atlas(surface, kViews, kLayout);
-  std::vector<std::uint32_t> slots(kViews);
+  std::vector<ViewSlot> slots(kViews);
   for (std::uint32_t view = 0; view < kViews; ++view) {
     const Camera camera = camera_above(0.5, 0.5, 0.5 + 0.01 * view, kWidth, kHeight);
     slots[view] = atlas.insert(make_stored_view("view " + std::to_string(view), camera, noise(kWidth, kHeight, view),

@@ -87,7 +87,7 @@ const SceneView& LensRefinement::view_of(const std::string& name) const {
 bool LensRefinement::find_originals(const LensEstimates& estimates) {
   try {
     for (const LensEstimate& lens : estimates.lenses) {
-      for (const std::uint32_t slot : lens.slots) {
+      for (const ViewSlot slot : lens.slots) {
         if (lens.significant) require_files(view_of(planner_.store().name_of(slot)));
       }
     }
@@ -130,7 +130,7 @@ LensRefinement::Warn warn_of(const BuildOptions& options) {
 void count_views(const Atlas& atlas, std::vector<RefinedLens>& lenses) {
   for (RefinedLens& lens : lenses) {
     lens.views = 0;
-    for (std::uint32_t slot = 0; slot < atlas.capacity(); ++slot) {
+    for (ViewSlot slot{0}; slot < atlas.capacity(); ++slot) {
       const std::shared_ptr<const StoredView> view = atlas.view(slot);
       lens.views += view && share_a_lens(view->camera, lens.camera);
     }

@@ -26,7 +26,7 @@ void count_pixels(const Snapshot& snapshot, const SurfaceDeviation& deviation, c
   for (std::size_t pixel = 0; pixel < visible.face.size(); ++pixel) {
     const std::uint32_t face = visible.face[pixel];
     if (face == FaceId::none || face >= surface.near_faces()) continue;
-    const std::uint32_t cell = surface.cells.cell_of_face[face];
+    const CellId cell = surface.cells.cell_of_face[face];
     const auto off = static_cast<double>(deviation.of_cell[cell]);
     const double shift = shift_px(off, camera.fx, static_cast<double>(visible.depth[pixel]));
     for (std::size_t i = 0; i < kBounds.size(); ++i) counts.within.at(i) += shift <= kBounds.at(i);

@@ -49,7 +49,7 @@ std::unordered_set<std::uint64_t> adjacent_cells(const Mesh& mesh, const Cells& 
   return pairs;
 }
 
-glm::dvec3 unit_normal(const Mesh& mesh, std::uint32_t face) {
+glm::dvec3 unit_normal(const Mesh& mesh, FaceId face) {
   const glm::uvec3 corners = mesh.faces[face];
   const glm::dvec3 a(mesh.positions[corners.x]);
   const glm::dvec3 normal =
@@ -84,8 +84,8 @@ bool SeamMeter::neighbours(std::uint32_t a, std::uint32_t b) const {
 bool SeamMeter::crosses_border(const VisibilityBuffer& visible, std::size_t first, std::size_t stride) const {
   const auto face = [&](std::size_t i) { return visible.face[first + i * stride]; };
   if (face(kBefore) == FaceId::none || face(kBefore + 1) == FaceId::none) return false;
-  const std::uint32_t before = cells_.cell_of_face[face(kBefore)];
-  const std::uint32_t after = cells_.cell_of_face[face(kBefore + 1)];
+  const CellId before = cells_.cell_of_face[face(kBefore)];
+  const CellId after = cells_.cell_of_face[face(kBefore + 1)];
   if (before == after || !neighbours(before, after)) return false;
   const glm::dvec3 normal = unit_normal(mesh_, face(kBefore));
   for (std::size_t i = 0; i < kRun; ++i) {
@@ -104,7 +104,7 @@ void SeamMeter::add(const VisibilityBuffer& visible, const Photograph& rendering
   }
   check_entries("visible.depth", visible.depth.size(), std::size_t{visible.width} * visible.height);
   check_entries("visible.face", visible.face.size(), visible.depth.size());
-  for (const std::uint32_t face : visible.face) {
+  for (const FaceId face : visible.face) {
     if (face == FaceId::none || face < mesh_.faces.size()) continue;
     throw std::invalid_argument("seams: the visibility buffer shows face " + std::to_string(face) +
                                 ", must be below the number of faces, " + std::to_string(mesh_.faces.size()));

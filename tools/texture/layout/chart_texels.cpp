@@ -54,7 +54,7 @@ struct FaceInChart {
   }
 };
 
-FaceInChart face_in_chart(const Mesh& mesh, std::uint32_t face, const Chart& chart, const ChartPlace& place,
+FaceInChart face_in_chart(const Mesh& mesh, FaceId face, const Chart& chart, const ChartPlace& place,
                           const TextureLayout& layout) {
   FaceInChart flat;
   for (int c = 0; c < 3; ++c) {
@@ -87,10 +87,10 @@ void for_each_texel(const FaceInChart& face, double reach, const ChartPlace& pla
 std::vector<ChartTexel> chart_texels(const Mesh& mesh, const Chart& chart, const ChartPlace& place,
                                      const TextureLayout& layout) {
   std::vector<ChartTexel> texels(std::size_t{place.width} * place.height);
-  for (const std::uint32_t face : chart.faces) {
+  for (const FaceId face : chart.faces) {
     const FaceInChart flat = face_in_chart(mesh, face, chart, place, layout);
     for_each_texel(flat, 0, place, texels, [&](ChartTexel& texel, const dvec2& middle) {
-      if (texel.face != ChartTexel::kNoFaceHere) return;
+      if (texel.face != FaceId::none) return;
       const auto inside = flat.inside(middle);
       if (!inside) return;
       texel = *inside;
@@ -98,13 +98,13 @@ std::vector<ChartTexel> chart_texels(const Mesh& mesh, const Chart& chart, const
     });
   }
   // Texels around the chart, which few faces are near: where all texels of a face are taken, nothing is computed.
-  for (const std::uint32_t face : chart.faces) {
+  for (const FaceId face : chart.faces) {
     const FaceInChart flat = face_in_chart(mesh, face, chart, place, layout);
     for_each_texel(flat, ChartTexel::kReach, place, texels, [&](ChartTexel& texel, const dvec2& middle) {
-      if (texel.face != ChartTexel::kNoFaceHere && texel.distance == 0) return;
+      if (texel.face != FaceId::none && texel.distance == 0) return;
       ChartTexel found = flat.nearest_on_edges(middle);
       if (found.distance > ChartTexel::kReach) return;
-      if (texel.face != ChartTexel::kNoFaceHere && texel.distance <= found.distance) return;
+      if (texel.face != FaceId::none && texel.distance <= found.distance) return;
       found.face = face;
       texel = found;
     });

@@ -40,8 +40,8 @@ void require_within(const char* field, double value, double least, double most) 
 
 // The values of each face that charts need.
 struct Faces {
-  std::vector<dvec3> area_vectors;                      // normal times area, scene units squared
-  std::vector<std::array<std::uint32_t, 3>> neighbors;  // across each edge, kNone at a boundary
+  std::vector<dvec3> area_vectors;               // normal times area, scene units squared
+  std::vector<std::array<FaceId, 3>> neighbors;  // across each edge; FaceId::none at a boundary
 };
 
 Faces describe(const Mesh& mesh) {
@@ -56,7 +56,7 @@ Faces describe(const Mesh& mesh) {
     faces.area_vectors[i] = 0.5 * glm::cross(b - a, c - a);
     for (std::size_t edge = 0; edge < 3; ++edge) {
       const std::uint32_t other = opposite[3 * i + edge];
-      faces.neighbors[i][edge] = other == kNoHalfedge ? kNone : other / 3;
+      faces.neighbors[i][edge] = other == kNoHalfedge ? FaceId::none : FaceId(other / 3);
     }
   }
   return faces;
@@ -68,12 +68,13 @@ dvec3 unit_or_zero(const dvec3& v) {
 }
 
 // Cells that share an edge, each pair in both lists; lists ascend.
-std::vector<std::vector<std::uint32_t>> neighbors_of_cells(const Faces& faces, const Cells& cells) {
-  std::vector<std::vector<std::uint32_t>> neighbors(cells.cells.size());
+std::vector<std::vector<CellId>> neighbors_of_cells(const Faces& faces, const Cells& cells) {
+  std::vector<std::vector<CellId>> neighbors(cells.cells.size());
   for (std::size_t face = 0; face < faces.neighbors.size(); ++face) {
-    const std::uint32_t cell = cells.cell_of_face[face];
-    for (const std::uint32_t other : faces.neighbors[face]) {
-      if (other != kNone && cells.cell_of_face[other] != cell) neighbors[cell].push_back(cells.cell_of_face[other]);
+    const CellId cell = cells.cell_of_face[face];
+    for (const FaceId other : faces.neighbors[face]) {
+      if (other != FaceId::none && cells.cell_of_face[other] != cell)
+        neighbors[cell].push_back(cells.cell_of_face[other]);
     }
   }
   for (auto& list : neighbors) {
@@ -83,7 +84,7 @@ std::vector<std::vector<std::uint32_t>> neighbors_of_cells(const Faces& faces, c
   return neighbors;
 }
 
-using FaceGroups = std::vector<std::vector<std::uint32_t>>;
+using FaceGroups = std::vector<std::vector<FaceId>>;
 
 // Faces of neighbouring cells that look about the same way. Groups begin at the largest cells.
 FaceGroups group_cells(const Faces& faces, const Cells& cells, const ChartOptions& options) {
@@ -117,25 +118,25 @@ FaceGroups group_cells(const Faces& faces, const Cells& cells, const ChartOption
     ++groups;
   }
   FaceGroups faces_of_group(groups);
-  for (std::uint32_t face = 0; face < cells.cell_of_face.size(); ++face) {
+  for (FaceId face{0}; face < cells.cell_of_face.size(); ++face) {
     faces_of_group[group_of_cell[cells.cell_of_face[face]]].push_back(face);
   }
   return faces_of_group;
 }
 
 // The same for faces that were left over: neighbouring ones, grown from the first on.
-FaceGroups group_faces(const Faces& faces, std::span<const std::uint32_t> left_over, double least_cosine) {
+FaceGroups group_faces(const Faces& faces, std::span<const FaceId> left_over, double least_cosine) {
   std::vector<std::uint8_t> is_free(faces.neighbors.size(), 0);
-  for (const std::uint32_t face : left_over) is_free[face] = 1;
+  for (const FaceId face : left_over) is_free[face] = 1;
   FaceGroups groups;
-  for (const std::uint32_t seed : left_over) {
+  for (const FaceId seed : left_over) {
     if (!is_free[seed]) continue;
     is_free[seed] = 0;
-    std::vector<std::uint32_t> group{seed};
+    std::vector<FaceId> group{seed};
     dvec3 sum = faces.area_vectors[seed];
     for (std::size_t at = 0; at < group.size(); ++at) {
-      for (const std::uint32_t next : faces.neighbors[group[at]]) {
-        if (next == kNone || !is_free[next]) continue;
+      for (const FaceId next : faces.neighbors[group[at]]) {
+        if (next == FaceId::none || !is_free[next]) continue;
         const dvec3 normal = unit_or_zero(faces.area_vectors[next]);
         if (glm::dot(normal, unit_or_zero(sum)) < least_cosine) continue;
         is_free[next] = 0;
@@ -154,7 +155,7 @@ dvec3 across(const dvec3& normal) {
   return glm::normalize(glm::cross(axis, normal));
 }
 
-FlatFace flattened(const Mesh& mesh, std::uint32_t face, const dvec3& right, const dvec3& up) {
+FlatFace flattened(const Mesh& mesh, FaceId face, const dvec3& right, const dvec3& up) {
   FlatFace flat;
   for (int c = 0; c < 3; ++c) {
     const dvec3 p(mesh.positions[mesh.faces[face][c]]);
@@ -243,23 +244,23 @@ class FlatFaces {
 };
 
 // The faces of a group in the order in which they are reached from its first one over shared edges.
-std::vector<std::uint32_t> in_order_of_reach(const Faces& faces, const std::vector<std::uint32_t>& group) {
+std::vector<FaceId> in_order_of_reach(const Faces& faces, const std::vector<FaceId>& group) {
   std::unordered_map<std::uint32_t, bool> reached;
   reached.reserve(group.size());
-  for (const std::uint32_t face : group) reached[face] = false;
-  std::vector<std::uint32_t> order;
+  for (const FaceId face : group) reached[face] = false;
+  std::vector<FaceId> order;
   order.reserve(group.size());
-  const auto reach = [&](std::uint32_t face) {
+  const auto reach = [&](FaceId face) {
     const auto found = reached.find(face);
     if (found == reached.end() || found->second) return;
     found->second = true;
     order.push_back(face);
   };
   std::size_t at = 0;
-  for (const std::uint32_t seed : group) {
+  for (const FaceId seed : group) {
     for (reach(seed); at < order.size(); ++at) {
-      for (const std::uint32_t next : faces.neighbors[order[at]]) {
-        if (next != kNone) reach(next);
+      for (const FaceId next : faces.neighbors[order[at]]) {
+        if (next != FaceId::none) reach(next);
       }
     }
   }
@@ -267,12 +268,12 @@ std::vector<std::uint32_t> in_order_of_reach(const Faces& faces, const std::vect
 }
 
 // The sum of the faces' area vectors, once more without those that look away from it.
-dvec3 mean_normal(const Faces& faces, const std::vector<std::uint32_t>& group, double least_cosine) {
+dvec3 mean_normal(const Faces& faces, const std::vector<FaceId>& group, double least_cosine) {
   dvec3 sum(0);
-  for (const std::uint32_t face : group) sum += faces.area_vectors[face];
+  for (const FaceId face : group) sum += faces.area_vectors[face];
   const dvec3 first = unit_or_zero(sum);
   sum = dvec3(0);
-  for (const std::uint32_t face : group) {
+  for (const FaceId face : group) {
     if (glm::dot(unit_or_zero(faces.area_vectors[face]), first) >= least_cosine) sum += faces.area_vectors[face];
   }
   const dvec3 normal = unit_or_zero(sum);
@@ -283,25 +284,25 @@ dvec3 mean_normal(const Faces& faces, const std::vector<std::uint32_t>& group, d
 
 struct ChartAndRest {
   Chart chart;
-  std::vector<std::uint32_t> rest;  // faces that are not in it
+  std::vector<FaceId> rest;  // faces that are not in it
 };
 
-bool looks_along(const Faces& faces, std::uint32_t face, const dvec3& normal, double least_cosine) {
+bool looks_along(const Faces& faces, FaceId face, const dvec3& normal, double least_cosine) {
   const dvec3& area = faces.area_vectors[face];
   return glm::dot(area, normal) >= least_cosine * glm::length(area);
 }
 
 // Chooses a group's faces for a chart with the given normal. `right` may be any unit vector at right angles to it.
-ChartAndRest choose_faces(const Mesh& mesh, const Faces& faces, const std::vector<std::uint32_t>& group,
-                          const dvec3& normal, double least_cosine) {
+ChartAndRest choose_faces(const Mesh& mesh, const Faces& faces, const std::vector<FaceId>& group, const dvec3& normal,
+                          double least_cosine) {
   ChartAndRest result;
   result.chart.right = across(normal);
   const dvec3 up = glm::cross(normal, result.chart.right);
   result.chart.down = -up;
   double area = 0;
-  for (const std::uint32_t face : group) area += glm::length(faces.area_vectors[face]);
+  for (const FaceId face : group) area += glm::length(faces.area_vectors[face]);
   FlatFaces flat(2 * std::sqrt(area / static_cast<double>(group.size())));
-  for (const std::uint32_t face : in_order_of_reach(faces, group)) {
+  for (const FaceId face : in_order_of_reach(faces, group)) {
     bool fits = looks_along(faces, face, normal, least_cosine);
     if (fits) {
       const FlatFace corners = flattened(mesh, face, result.chart.right, up);
@@ -321,7 +322,7 @@ ChartAndRest choose_faces(const Mesh& mesh, const Faces& faces, const std::vecto
 // edge of the convex hull.
 void turn_and_measure(const Mesh& mesh, Chart& chart) {
   std::vector<Point> points, hull;
-  for (const std::uint32_t face : chart.faces) {
+  for (const FaceId face : chart.faces) {
     for (const Point& p : flattened(mesh, face, chart.right, chart.down)) points.push_back(p);
   }
   CGAL::convex_hull_2(points.begin(), points.end(), std::back_inserter(hull));
@@ -352,7 +353,7 @@ void turn_and_measure(const Mesh& mesh, Chart& chart) {
   chart.down = down;
   dvec2 low(std::numeric_limits<double>::infinity()), high(-std::numeric_limits<double>::infinity());
   chart.least = dvec2(0);
-  for (const std::uint32_t face : chart.faces) {
+  for (const FaceId face : chart.faces) {
     for (int c = 0; c < 3; ++c) {
       const dvec2 at = chart.place(dvec3(mesh.positions[mesh.faces[face][c]]));
       low = glm::min(low, at);
@@ -364,8 +365,7 @@ void turn_and_measure(const Mesh& mesh, Chart& chart) {
 }
 
 // One chart of a group, and the faces that did not fit; the chart is never empty.
-ChartAndRest make_chart(const Mesh& mesh, const Faces& faces, const std::vector<std::uint32_t>& group,
-                        double least_cosine) {
+ChartAndRest make_chart(const Mesh& mesh, const Faces& faces, const std::vector<FaceId>& group, double least_cosine) {
   ChartAndRest result = choose_faces(mesh, faces, group, mean_normal(faces, group, least_cosine), least_cosine);
   if (result.chart.faces.empty()) {
     const dvec3 own = unit_or_zero(faces.area_vectors[group.front()]);
@@ -406,7 +406,7 @@ std::vector<Chart> make_charts(const Mesh& mesh, const Cells& cells, const Chart
     std::vector<ChartAndRest> made(groups.size());
     tbb::parallel_for(std::size_t{0}, groups.size(),
                       [&](std::size_t i) { made[i] = make_chart(mesh, faces, groups[i], least_cosine); });
-    std::vector<std::uint32_t> left_over;
+    std::vector<FaceId> left_over;
     for (ChartAndRest& one : made) {
       charts.push_back(std::move(one.chart));
       left_over.insert(left_over.end(), one.rest.begin(), one.rest.end());

@@ -33,7 +33,7 @@ void check(const ChartOptions& options);
 // The plane of a chart. A point's place on it is (dot(right, p), dot(down, p)) - least, scene units: within [0, size].
 // Seen from where the normal points to, `right` and `down` are what they say.
 struct Chart {
-  std::vector<std::uint32_t> faces;  // the mesh's faces, each in one chart
+  std::vector<FaceId> faces;         // the mesh's faces, each in one chart
   glm::dvec3 right{0.0}, down{0.0};  // unit, at right angles
   glm::dvec2 least{0.0};             // scene units
   glm::dvec2 size{0.0};              // scene units; the smallest rectangle around the chart, not higher than wide

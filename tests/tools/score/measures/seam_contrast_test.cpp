@@ -22,9 +22,9 @@ struct Wall {
 
   explicit Wall(std::uint32_t columns_of_first = 10) {
     add_wall(mesh, 20, 20, 0.5F, 4);
-    std::vector<std::uint32_t> cell_of_face;
+    std::vector<CellId> cell_of_face;
     for (std::uint32_t face = 0; face < mesh.faces.size(); ++face) {
-      cell_of_face.push_back(face / 2 % 20 < columns_of_first ? 0 : 1);
+      cell_of_face.emplace_back(face / 2 % 20 < columns_of_first ? 0u : 1u);
     }
     cells = measure_cells(mesh, std::move(cell_of_face), 5);
     visible = make_ray_visibility(mesh)->trace(camera);
@@ -108,8 +108,8 @@ TEST_CASE("borders of surfaces that only look connected are not looked at") {
   for (std::size_t vertex = 0; vertex < mesh.positions.size(); ++vertex) {
     mesh.positions[vertex].x += vertex < mesh.positions.size() / 2 ? -2.5F : 2.50001F;  // side by side, no place shared
   }
-  std::vector<std::uint32_t> cell_of_face(mesh.faces.size(), 0);
-  std::fill(cell_of_face.begin() + static_cast<std::ptrdiff_t>(cell_of_face.size() / 2), cell_of_face.end(), 1u);
+  std::vector<CellId> cell_of_face(mesh.faces.size(), 0);
+  std::fill(cell_of_face.begin() + static_cast<std::ptrdiff_t>(cell_of_face.size() / 2), cell_of_face.end(), CellId{1});
   const Cells cells = measure_cells(mesh, std::move(cell_of_face), 5);
   SeamMeter meter(mesh, cells);
   const Photograph photograph = picture(checks);

@@ -128,7 +128,7 @@ TEST_CASE("every texel of a chart shows one face, at the place that its texture 
       const std::size_t x = at % place.width, y = at / place.width;
       const bool in_gutter = x < layout.gutter_px || y < layout.gutter_px || x >= place.width - layout.gutter_px ||
                              y >= place.height - layout.gutter_px;
-      if (texel.face == ChartTexel::kNoFaceHere) continue;
+      if (texel.face == FaceId::none) continue;
       const glm::uvec3& f = mesh.faces[texel.face];
       const glm::dvec3 a(mesh.positions[f.x]), b(mesh.positions[f.y]), c(mesh.positions[f.z]);
       const double share_b = static_cast<double>(texel.share_b), share_c = static_cast<double>(texel.share_c);
