@@ -108,6 +108,14 @@ void check_view(const StoredView& view, std::span<const ShownCell> shown, const 
   require_shown_cells_of(view.name, view.camera, shown, layout);
 }
 
+void require_each_once(CellId cell, std::span<const ViewSlot> slots) {
+  for (auto slot = slots.begin(); slot != slots.end(); ++slot) {
+    if (std::find(slots.begin(), slot, *slot) == slot) continue;
+    throw std::invalid_argument("atlas: the references of cell " + std::to_string(cell) + " have slot " +
+                                std::to_string(*slot) + " twice, must have each once");
+  }
+}
+
 void require_each_once(std::span<const ViewPose> poses) {
   std::vector<ViewSlot> slots;
   slots.reserve(poses.size());
@@ -167,6 +175,17 @@ std::uint32_t Atlas::size() const {
   return static_cast<std::uint32_t>(std::count_if(views_.begin(), views_.end(), [](const auto& view) { return view; }));
 }
 
+// Checks what needs no look at the store.
+void Atlas::check_change(const AtlasEdit::Change& change, const TileOptions& layout) {
+  if (const auto* view = std::get_if<AtlasEdit::ViewChange>(&change); view != nullptr && view->view) {
+    check_view(*view->view, *view->shown, layout);
+  } else if (const auto* gain = std::get_if<AtlasEdit::GainChange>(&change)) {
+    require_gain(gain->slot, gain->gain);
+  } else if (const auto* references = std::get_if<AtlasEdit::ReferencesChange>(&change)) {
+    require_each_once(references->cell, *references->slots);
+  }
+}
+
 Atlas::Entry Atlas::entry_of(StoredView view, std::vector<ShownCell> shown) const {
   check_view(view, shown, layout_);
   return {std::make_shared<const StoredView>(std::move(view)),
@@ -184,11 +203,9 @@ ViewSlot Atlas::insert(StoredView view, std::vector<ShownCell> shown) {
 }
 
 void Atlas::insert_at(ViewSlot slot, StoredView view, std::vector<ShownCell> shown) {
-  Entry entry = entry_of(std::move(view), std::move(shown));
-  const std::scoped_lock lock(mutex_);
-  require_slot(slot);
-  if (views_[slot]) throw std::logic_error("atlas: slot " + std::to_string(slot) + " holds a view already");
-  put(slot, std::move(entry));
+  AtlasEdit edit;
+  edit.insert_at(slot, std::move(view), std::move(shown));
+  commit(std::move(edit));
 }
 
 // Under the lock, into a free slot.
@@ -200,12 +217,9 @@ void Atlas::put(ViewSlot slot, Entry entry) {
 }
 
 void Atlas::replace(ViewSlot slot, StoredView view, std::vector<ShownCell> shown) {
-  Entry entry = entry_of(std::move(view), std::move(shown));
-  const std::scoped_lock lock(mutex_);
-  require_stored(slot);
-  require_cells_of(entry.view->name, *entry.shown);
-  views_[slot].swap(entry.view);  // the old view is freed after the lock
-  shown_[slot].swap(entry.shown);
+  AtlasEdit edit;
+  edit.replace(slot, std::move(view), std::move(shown));
+  commit(std::move(edit));
 }
 
 std::vector<std::shared_ptr<const StoredView>> Atlas::stored_at(std::span<const ViewPose> poses) const {
@@ -257,16 +271,9 @@ void Atlas::replace_mask(ViewSlot slot, std::shared_ptr<const ViewMask> mask, st
 }
 
 void Atlas::erase(ViewSlot slot) {
-  std::shared_ptr<const StoredView> erased;  // freed after the lock
-  const std::scoped_lock lock(mutex_);
-  require_stored(slot);
-  if (references_to_slot_[slot] != 0) {
-    throw std::logic_error("atlas: erase of slot " + std::to_string(slot) + ", which " +
-                           std::to_string(references_to_slot_[slot]) + " cells refer to");
-  }
-  views_[slot].swap(erased);
-  shown_[slot] = nothing_shown();
-  gains_[slot] = glm::dvec3(1);
+  AtlasEdit edit;
+  edit.erase(slot);
+  commit(std::move(edit));
 }
 
 std::shared_ptr<const StoredView> Atlas::view(ViewSlot slot) const {
@@ -282,10 +289,9 @@ SharedShownCells Atlas::shown(ViewSlot slot) const {
 }
 
 void Atlas::set_gain(ViewSlot slot, const glm::dvec3& gain) {
-  const std::scoped_lock lock(mutex_);
-  require_stored(slot);
-  require_gain(slot, gain);
-  gains_[slot] = gain;
+  AtlasEdit edit;
+  edit.set_gain(slot, gain);
+  commit(std::move(edit));
 }
 
 glm::dvec3 Atlas::gain(ViewSlot slot) const {
@@ -295,20 +301,9 @@ glm::dvec3 Atlas::gain(ViewSlot slot) const {
 }
 
 void Atlas::set_references(CellId cell, std::vector<ViewSlot> slots) {
-  const std::scoped_lock lock(mutex_);
-  require_cell(cell);
-  for (const ViewSlot slot : slots) require_stored(slot);
-  for (auto slot = slots.begin(); slot != slots.end(); ++slot) {
-    if (std::find(slots.begin(), slot, *slot) == slot) continue;
-    throw std::invalid_argument("atlas: the references of cell " + std::to_string(cell) + " have slot " +
-                                std::to_string(*slot) + " twice, must have each once");
-  }
-  if (*references_[cell] == slots) return;
-  auto shared = std::make_shared<const std::vector<ViewSlot>>(std::move(slots));  // the last thing that may fail
-  for (const ViewSlot slot : *references_[cell]) --references_to_slot_[slot];
-  for (const ViewSlot slot : *shared) ++references_to_slot_[slot];
-  references_[cell] = std::move(shared);
-  mark_changed(cell);
+  AtlasEdit edit;
+  edit.set_references(cell, std::move(slots));
+  commit(std::move(edit));
 }
 
 std::vector<ViewSlot> Atlas::references(CellId cell) const {
@@ -318,10 +313,92 @@ std::vector<ViewSlot> Atlas::references(CellId cell) const {
 }
 
 void Atlas::mark_seen(std::span<const CellPixels> cells) {
-  const std::scoped_lock lock(mutex_);
-  for (const CellPixels& seen : cells) require_cell(seen.cell);
-  for (const CellPixels& seen : cells) {
-    if (std::exchange(cell_seen_[seen.cell], std::uint8_t{1}) == 0) newly_seen_.push_back(seen.cell);
+  AtlasEdit edit;
+  edit.mark_seen(cells);
+  commit(std::move(edit));
+}
+
+// Checks all that needs no look at the store before it takes the lock.
+void Atlas::commit(AtlasEdit edit) {
+  for (const AtlasEdit::Change& change : edit.changes_) check_change(change, layout_);
+  std::size_t applied = 0;
+  const std::scoped_lock lock(mutex_);  // what the edit takes out of the store is freed after it
+  try {
+    for (; applied < edit.changes_.size(); ++applied) {
+      std::visit([this](auto& change) { apply(change); }, edit.changes_[applied]);
+    }
+  } catch (...) {
+    while (applied > 0) std::visit([this](auto& change) { take_back(change); }, edit.changes_[--applied]);
+    throw;
+  }
+}
+
+// These functions change nothing where they throw. Each leaves in the change what was there before.
+void Atlas::apply(AtlasEdit::ViewChange& change) {
+  const ViewSlot slot = change.slot;
+  if (change.kind == AtlasEdit::ViewChange::Kind::insert) {
+    require_slot(slot);
+    if (views_[slot]) throw std::logic_error("atlas: slot " + std::to_string(slot) + " holds a view already");
+  } else {
+    require_stored(slot);
+  }
+  if (change.kind == AtlasEdit::ViewChange::Kind::erase) {
+    if (references_to_slot_[slot] != 0) {
+      throw std::logic_error("atlas: erase of slot " + std::to_string(slot) + ", which " +
+                             std::to_string(references_to_slot_[slot]) + " cells refer to");
+    }
+    change.shown = nothing_shown();
+  } else {
+    require_cells_of(change.view->name, *change.shown);
+  }
+  change.tenant = change.kind == AtlasEdit::ViewChange::Kind::insert ? ++inserted_ : tenants_[slot];
+  if (change.kind != AtlasEdit::ViewChange::Kind::erase) change.gain = gains_[slot];
+  take_back(change);
+}
+
+void Atlas::take_back(AtlasEdit::ViewChange& change) noexcept {
+  views_[change.slot].swap(change.view);
+  shown_[change.slot].swap(change.shown);
+  std::swap(gains_[change.slot], change.gain);
+  std::swap(tenants_[change.slot], change.tenant);
+}
+
+void Atlas::apply(AtlasEdit::GainChange& change) {
+  require_stored(change.slot);
+  take_back(change);
+}
+
+void Atlas::take_back(AtlasEdit::GainChange& change) noexcept {
+  std::swap(gains_[change.slot], change.gain);
+}
+
+void Atlas::apply(AtlasEdit::ReferencesChange& change) {
+  require_cell(change.cell);
+  for (const ViewSlot slot : *change.slots) require_stored(slot);
+  take_back(change);
+}
+
+void Atlas::take_back(AtlasEdit::ReferencesChange& change) noexcept {
+  if (*references_[change.cell] == *change.slots) return;
+  for (const ViewSlot slot : *references_[change.cell]) --references_to_slot_[slot];
+  for (const ViewSlot slot : *change.slots) ++references_to_slot_[slot];
+  references_[change.cell].swap(change.slots);
+  mark_changed(change.cell);
+}
+
+void Atlas::apply(AtlasEdit::SeenChange& change) {
+  for (const CellId cell : change.cells) require_cell(cell);
+  for (const CellId cell : change.cells) {
+    if (std::exchange(cell_seen_[cell], std::uint8_t{1}) != 0) continue;
+    newly_seen_.push_back(cell);
+    ++change.new_cells;
+  }
+}
+
+void Atlas::take_back(AtlasEdit::SeenChange& change) noexcept {
+  for (; change.new_cells > 0; --change.new_cells) {
+    cell_seen_[newly_seen_.back()] = 0;
+    newly_seen_.pop_back();
   }
 }
 

@@ -13,7 +13,7 @@
 //   5. set_poses() moves views, replace_mask() and replace() change them, erase() frees a view slot.
 //   6. replace_surface() takes a surface that has grown or been refined.
 //   7. retile() cuts views into other tiles, or into none.
-// 2 to 7 come in any order, as often as needed; a Planner does 2, 3 and 5.
+// 2 to 7 come in any order, as often as needed; a Planner does 2, 3 and 5. commit() makes several such changes at once.
 //
 //   Atlas atlas(surface, 100);
 //   VisibilityBuffer visible = make_ray_visibility(surface->mesh)->trace(camera);
@@ -39,6 +39,7 @@
 #include <utility>
 #include <vector>
 
+#include "atlas/atlas_edit.h"
 #include "atlas/snapshot.h"
 #include "atlas/surface.h"
 #include "atlas/tiles/tile_policy.h"
@@ -120,6 +121,10 @@ class Atlas {
   // the given cells.
   void mark_seen(std::span<const CellPixels> cells);
 
+  // Makes all changes of an edit, in its order, or none: where one of them throws what the call of the same name does,
+  // the store is as it was. A snapshot has all of them or none. Time: the sum of the changes' times.
+  void commit(AtlasEdit edit);
+
   // Replaces the surface under the stored views. `previous_cell` has for each new cell the number of the cell that it
   // was before, or CellId::none: see CellGrowth. A cell inherits the references of that cell, and whether it was seen.
   // A new cell has no references and is unseen. Cells that no new cell names are dropped; several may name one. Views
@@ -165,6 +170,15 @@ class Atlas {
     std::shared_ptr<const StoredView> view;
     SharedShownCells shown;
   };
+  static void check_change(const AtlasEdit::Change& change, const TileOptions& layout);
+  void apply(AtlasEdit::ViewChange& change);
+  void apply(AtlasEdit::GainChange& change);
+  void apply(AtlasEdit::ReferencesChange& change);
+  void apply(AtlasEdit::SeenChange& change);
+  void take_back(AtlasEdit::ViewChange& change) noexcept;
+  void take_back(AtlasEdit::GainChange& change) noexcept;
+  void take_back(AtlasEdit::ReferencesChange& change) noexcept;
+  void take_back(AtlasEdit::SeenChange& change) noexcept;
   [[nodiscard]] Entry entry_of(StoredView view, std::vector<ShownCell> shown) const;
   void put(ViewSlot slot, Entry entry);
   [[nodiscard]] std::vector<std::shared_ptr<const StoredView>> stored_at(std::span<const ViewPose> poses) const;

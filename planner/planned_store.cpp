@@ -97,39 +97,47 @@ void PlannedStore::promise(ViewSlot slot, const std::string& name, const Camera&
   promised_[slot] = Promise{name, camera};
 }
 
-void PlannedStore::put(ViewSlot slot, TiledView tiled) {
-  atlas_.insert_at(slot, std::move(tiled.view), std::move(tiled.shown));
+void PlannedStore::put(ViewSlot slot, TiledView tiled, AtlasEdit& edit) {
+  edit.insert_at(slot, std::move(tiled.view), std::move(tiled.shown));
   promised_[slot].reset();
-  publish(ledger_.parts(slot));
+  publish(ledger_.parts(slot), edit);
 }
 
-void PlannedStore::evict(ViewSlot slot) {
+void PlannedStore::evict(ViewSlot slot, AtlasEdit& edit) {
   const std::vector<CellPart> seen(ledger_.parts(slot).begin(), ledger_.parts(slot).end());
   const bool promised = promised_[slot].has_value();
   stored_bytes_ -= bytes_of(slot);
   --held_views_;
   ledger_.erase(slot);
   promised_[slot].reset();
-  publish(seen);
+  publish(seen, edit);
   if (promised) return;
   refiner_.erased(slot);
-  atlas_.erase(slot);
+  edit.erase(slot);
+}
+
+void PlannedStore::evict(ViewSlot slot) {
+  AtlasEdit edit;
+  evict(slot, edit);
+  atlas_.commit(std::move(edit));
 }
 
 void PlannedStore::give_up(CellId cell, std::span<const ViewSlot> slots) {
   ledger_.give_up(cell, slots);
-  publish(cell);
+  AtlasEdit edit;
+  publish(cell, edit);
+  atlas_.commit(std::move(edit));
 }
 
-void PlannedStore::publish(std::span<const CellPart> cells) {
-  for (const CellPart& entry : cells) publish(entry.cell);
+void PlannedStore::publish(std::span<const CellPart> cells, AtlasEdit& edit) const {
+  for (const CellPart& entry : cells) publish(entry.cell, edit);
 }
 
 // Views that are promised a slot have nothing yet to refer to.
-void PlannedStore::publish(CellId cell) {
+void PlannedStore::publish(CellId cell, AtlasEdit& edit) const {
   std::vector<ViewSlot> references = ledger_.references(cell);
   std::erase_if(references, [&](ViewSlot slot) { return promised_[slot].has_value(); });
-  atlas_.set_references(cell, std::move(references));
+  edit.set_references(cell, std::move(references));
 }
 
 void PlannedStore::follow(const Surface& surface, std::span<const ViewSlot> again,
@@ -161,7 +169,9 @@ void PlannedStore::offer_again(std::span<const ViewSlot> slots, std::span<const 
     for (const std::vector<CellPart>& view : views) offered_->ask(view);
     for (const std::vector<CellPart>& view : views) offered_->add(view);
   }
-  for (CellId cell{0}; cell < ledger_.cells(); ++cell) publish(cell);
+  AtlasEdit edit;
+  for (CellId cell{0}; cell < ledger_.cells(); ++cell) publish(cell, edit);
+  atlas_.commit(std::move(edit));
 }
 
 }  // namespace lumatlas

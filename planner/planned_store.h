@@ -75,10 +75,12 @@ class PlannedStore {
   ViewSlot claim(const Camera& camera, const std::vector<CellPart>& seen);
   // The slot, which was just claimed, waits for its photograph.
   void promise(ViewSlot slot, const std::string& name, const Camera& camera);
-  // Puts the view into the atlas, in its slot, and lets the cells that it sees refer to it.
-  void put(ViewSlot slot, TiledView tiled);
-  // Frees the slot; what cells refer to follows.
-  void evict(ViewSlot slot);
+  // Puts the view into the atlas, in its slot, and lets the cells that it sees refer to it, once the caller commits the
+  // edit.
+  void put(ViewSlot slot, TiledView tiled, AtlasEdit& edit);
+  // Frees the slot; what cells refer to follows. The atlas follows once the caller commits the edit.
+  void evict(ViewSlot slot, AtlasEdit& edit);
+  void evict(ViewSlot slot);  // the same, and the atlas follows at once
   // The cell can do without these of its references.
   void give_up(CellId cell, std::span<const ViewSlot> slots);
 
@@ -96,8 +98,8 @@ class PlannedStore {
     Camera camera;
   };
 
-  void publish(std::span<const CellPart> cells);
-  void publish(CellId cell);
+  void publish(std::span<const CellPart> cells, AtlasEdit& edit) const;
+  void publish(CellId cell, AtlasEdit& edit) const;
 
   Atlas& atlas_;
   Refiner& refiner_;

@@ -186,7 +186,9 @@ Verdict Planner::reserve(const std::string& name, const Camera& camera) {
     store_.note_seen(seen);
     return verdict;
   }
-  claim_slot(camera, seen, *exchange, verdict);
+  AtlasEdit edit;
+  claim_slot(camera, seen, *exchange, verdict, edit);
+  atlas_.commit(std::move(edit));
   store_.promise(*verdict.slot, name, camera);
   return verdict;
 }
@@ -234,11 +236,11 @@ void Planner::pass_by(const Camera& camera) {
 }
 
 void Planner::claim_slot(const Camera& camera, const std::vector<CellPart>& seen, const Exchange& exchange,
-                         Verdict& verdict) {
+                         Verdict& verdict, AtlasEdit& edit) {
   verdict.decision = exchange.victims.empty() ? Decision::kept : Decision::replaced;
   for (const ViewSlot victim : exchange.victims) {
     verdict.replaced.push_back(store_.name_of(victim));
-    store_.evict(victim);
+    store_.evict(victim, edit);
   }
   verdict.slot = store_.claim(camera, seen);
 }
@@ -267,10 +269,11 @@ Planner::ReadyView Planner::ready(const std::string& name, const Camera& camera,
           std::move(face)};
 }
 
-// In the verdict's slot, which is the view's already.
-void Planner::put(ReadyView ready, const Camera& camera, Verdict& verdict) {
+// In the verdict's slot, which is the view's already. A snapshot has the view and all of `edit`, or none of it.
+void Planner::put(ReadyView ready, const Camera& camera, Verdict& verdict, AtlasEdit edit) {
   const Stopwatch stopwatch(verdict.store_ms);
-  store_.put(*verdict.slot, std::move(ready.tiled));
+  store_.put(*verdict.slot, std::move(ready.tiled), edit);
+  atlas_.commit(std::move(edit));
   if (!verdict.refinement) return;
   refiner_.stored(*verdict.slot, camera, *verdict.refinement, ready.face);
   verdict.refinement->prepared.reset();  // verdicts are kept for longer than photographs
@@ -281,8 +284,9 @@ void Planner::take(const std::string& name, const Camera& camera, const std::vec
                    const Exchange& exchange, Photograph photograph, Verdict& verdict) {
   if (!refine(name, camera, photograph, verdict)) return;
   ReadyView view = ready(name, camera, std::move(photograph), verdict);
-  claim_slot(camera, seen, exchange, verdict);
-  put(std::move(view), camera, verdict);
+  AtlasEdit edit;
+  claim_slot(camera, seen, exchange, verdict, edit);
+  put(std::move(view), camera, verdict, std::move(edit));
 }
 
 void Planner::fill(const std::string& name, const PhotographSource& photograph, Verdict& verdict) {
@@ -293,7 +297,7 @@ void Planner::fill(const std::string& name, const PhotographSource& photograph, 
   const Camera camera = *promised;
   Photograph read = photograph();
   const bool belongs = refine(name, camera, read, verdict);
-  if (belongs) put(ready(name, camera, std::move(read), verdict), camera, verdict);
+  if (belongs) put(ready(name, camera, std::move(read), verdict), camera, verdict, AtlasEdit());
   store_.note_seen(store_.ledger().parts(slot));
   if (belongs) return;
   store_.unask(store_.ledger().parts(slot));

@@ -136,12 +136,13 @@ class Planner {
                                                      Verdict& verdict);
   void decide(const std::string& name, const Camera& camera, const PhotographSource& photograph,
               const std::vector<CellPart>& seen, Verdict& verdict);
-  void claim_slot(const Camera& camera, const std::vector<CellPart>& seen, const Exchange& exchange, Verdict& verdict);
+  void claim_slot(const Camera& camera, const std::vector<CellPart>& seen, const Exchange& exchange, Verdict& verdict,
+                  AtlasEdit& edit);
   [[nodiscard]] bool refine(const std::string& name, const Camera& camera, const Photograph& photograph,
                             Verdict& verdict);
   [[nodiscard]] ReadyView ready(const std::string& name, const Camera& camera, Photograph photograph,
                                 Verdict& verdict) const;
-  void put(ReadyView ready, const Camera& camera, Verdict& verdict);
+  void put(ReadyView ready, const Camera& camera, Verdict& verdict, AtlasEdit edit);
   void take(const std::string& name, const Camera& camera, const std::vector<CellPart>& seen, const Exchange& exchange,
             Photograph photograph, Verdict& verdict);
   [[nodiscard]] std::vector<ViewSlot> views_of_change(std::span<const CellId> previous_cell,

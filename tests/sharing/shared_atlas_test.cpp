@@ -139,6 +139,21 @@ TEST_CASE("two threads may take snapshots at once, and each goes forward in time
   CHECK(backward == 0);
 }
 
+TEST_CASE("a snapshot never shows that a view has left without the one that takes its place") {
+  PlannerThread planner(kWholeViews);
+  std::ptrdiff_t most = 0;
+  bool last = false;
+  while (!last) {
+    last = planner.done();
+    const Snapshot snapshot = planner.atlas().snapshot();
+    const auto views =
+        std::count_if(snapshot.views.begin(), snapshot.views.end(), [](const auto& view) { return view; });
+    CHECK(views >= most);
+    most = std::max(most, views);
+  }
+  CHECK(most == kCapacity);
+}
+
 TEST_CASE("the GPU draws what the reference draws of snapshots taken while the planner goes on") {
   const std::optional<EglContext> context = context_or_skip();
   if (!context) return;
