@@ -21,6 +21,7 @@ namespace {
 
 constexpr double kSoftShare = 0.01;     // share of the longer side, over which the surface fades
 constexpr std::uint32_t kBlurCell = 4;  // pixels; colours beside the surface are means over squares of this side
+constexpr float kGuess = 0.01F;  // weight of a colour that no photograph shows against one that a photograph shows
 
 // Colours times weights, and weights, on a grid.
 struct Grid {
@@ -98,7 +99,8 @@ Grid continued(const Linear& picture) {
     for (std::uint32_t x = 0; x < picture.width; ++x) {
       const std::size_t pixel = std::size_t{y} * picture.width + x;
       if (picture.state[pixel] == PixelState::empty) continue;
-      grid.at(x / kBlurCell, y / kBlurCell) += glm::vec4(picture.color(pixel), 1);
+      const float weight = picture.state[pixel] == PixelState::textured ? 1 : kGuess;
+      grid.at(x / kBlurCell, y / kBlurCell) += weight * glm::vec4(picture.color(pixel), 1);
     }
   }
   fill(grid);

@@ -17,7 +17,9 @@ namespace lumatlas {
 
 struct Background {
   enum class Kind {
-    blurred,      // the colours of the surface beside it, the further away the more blurred
+    // The colours of the surface beside it, the further away the more blurred. Colours that no photograph shows count
+    // for a hundredth.
+    blurred,
     transparent,  // alpha tells
     plain,        // one colour
   };

@@ -70,6 +70,27 @@ TEST_CASE("over a colour the surface fades into it in linear light; the blurred 
   CHECK(std::abs(int{blurred.picture.rgb[3 * at(kWidth - 1, 7)]} - 90) <= 1);
 }
 
+TEST_CASE("colours that no photograph shows hardly count in the blurred background") {
+  Rendering rendering = half_empty(60);
+  for (std::uint32_t y = 28; y < 32; ++y) {  // a white scrap
+    for (std::uint32_t x = 248; x < 252; ++x) {
+      rendering.state[at(x, y)] = PixelState::untextured;
+      for (std::size_t channel = 0; channel < 3; ++channel) rendering.picture.rgb[3 * at(x, y) + channel] = 255;
+    }
+  }
+  const auto beside = [&] { return int{with_background(rendering, {}).picture.rgb[3 * at(262, 30)]}; };
+  CHECK(beside() < 110);
+  for (PixelState& state : rendering.state) {
+    if (state == PixelState::untextured) state = PixelState::textured;
+  }
+  CHECK(beside() > 150);
+  // Where nothing else is there, they are the background.
+  for (PixelState& state : rendering.state) {
+    if (state == PixelState::textured) state = PixelState::unseen;
+  }
+  CHECK(std::abs(int{with_background(rendering, {}).picture.rgb[3 * at(205, 50)]} - 60) <= 20);
+}
+
 TEST_CASE("a picture without anything open stays as it is, one of nothing is transparent black") {
   Rendering rendering = half_empty(77);
   rendering.state.assign(rendering.state.size(), PixelState::untextured);

@@ -223,32 +223,38 @@ Verdict verdict_of(const std::vector<Look>& looks, const std::vector<Glimpse>& g
   return apart < kSmooth || apart < kSame * detail ? Verdict::far : Verdict::near;
 }
 
-// How many faces that share a vertex with a face have each verdict.
+// How many faces that share a vertex with a face have each verdict; at each shared vertex once. The face itself counts.
 struct Neighbors {
-  std::uint32_t near = 0, far = 0;
+  std::uint32_t near = 0, far = 0, unknown = 0;
+
+  void add(Verdict verdict) {
+    if (verdict == Verdict::near) ++near;
+    if (verdict == Verdict::far) ++far;
+    if (verdict == Verdict::unknown) ++unknown;
+  }
 };
 std::vector<Neighbors> neighbors_of(const Mesh& sphere, const std::vector<Verdict>& verdicts) {
   std::vector<Neighbors> at_vertex(sphere.positions.size());
   for (std::size_t face = 0; face < verdicts.size(); ++face) {
-    for (int corner = 0; corner < 3; ++corner) {
-      Neighbors& counts = at_vertex[sphere.faces[face][corner]];
-      if (verdicts[face] == Verdict::near) ++counts.near;
-      if (verdicts[face] == Verdict::far) ++counts.far;
-    }
+    for (int corner = 0; corner < 3; ++corner) at_vertex[sphere.faces[face][corner]].add(verdicts[face]);
   }
   std::vector<Neighbors> result(verdicts.size());
   for (std::size_t face = 0; face < verdicts.size(); ++face) {
     for (int corner = 0; corner < 3; ++corner) {
-      result[face].near += at_vertex[sphere.faces[face][corner]].near;
-      result[face].far += at_vertex[sphere.faces[face][corner]].far;
+      const Neighbors& counts = at_vertex[sphere.faces[face][corner]];
+      result[face].near += counts.near;
+      result[face].far += counts.far;
+      result[face].unknown += counts.unknown;
     }
   }
   return result;
 }
 
-// Islands get the verdict of the faces around them. Unknown faces get it too, from the border of their region inwards.
+// Islands get the verdict of the faces around them. A region that one photograph alone shows stays unknown: it does not
+// spread from its border, because what is unknown is often a near surface that the mesh lacks.
 void settle(const Mesh& sphere, std::vector<Verdict>& verdicts) {
   constexpr std::uint32_t kMostly = 3;
+  constexpr std::uint32_t kItself = 3;  // how often a face counts among its own neighbours
   constexpr int kRounds = 30;
   for (int round = 0; round < kRounds; ++round) {
     const std::vector<Neighbors> neighbors = neighbors_of(sphere, verdicts);
@@ -257,8 +263,8 @@ void settle(const Mesh& sphere, std::vector<Verdict>& verdicts) {
       Verdict& verdict = verdicts[face];
       if (verdict == Verdict::far && around.near > kMostly * around.far) verdict = Verdict::near;
       if (verdict == Verdict::near && around.far > kMostly * around.near) verdict = Verdict::far;
-      if (verdict == Verdict::unknown && around.far + around.near > 0) {
-        verdict = around.far > around.near ? Verdict::far : Verdict::near;
+      if (verdict == Verdict::unknown && around.far > kMostly * (around.near + around.unknown - kItself)) {
+        verdict = Verdict::far;
       }
     }
   }

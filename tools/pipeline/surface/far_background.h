@@ -32,9 +32,9 @@ struct SmallPhotograph {
 
 // Returns the faces of the far sphere around `cameras` and a mesh that photographs see past the mesh and on which their
 // colours agree; empty where nothing is far. A near surface that the mesh lacks projects to another point of the sphere
-// from each camera: its faces are left out, unless it is smooth. A face that only one photograph sees gets the verdict
-// of the faces around it. `visibility` is that of the mesh. The result is the same for any number of threads. Throws
-// Interrupted soon after a signal.
+// from each camera: its faces are left out, unless it is smooth. A region that one photograph alone shows is left out
+// too; a gap of a face or two between far faces is closed. `visibility` is that of the mesh. The result is the same for
+// any number of threads. Throws Interrupted soon after a signal.
 [[nodiscard]] FarSphere find_far_sphere(const std::vector<SmallPhotograph>& photographs,
                                         std::span<const Camera> cameras, const Mesh& mesh,
                                         const Visibility& visibility);

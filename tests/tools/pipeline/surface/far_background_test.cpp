@@ -105,6 +105,24 @@ TEST_CASE("where near and far meet, each is told") {
   CHECK(share < 0.4);
 }
 
+TEST_CASE("what one photograph alone shows is not far, though it borders on what is far") {
+  const auto sky = [](const glm::dvec3& direction, const glm::dvec3& /*center*/) { return 180 + 20 * direction.y; };
+  std::vector<Camera> cameras = row_of_cameras();
+  Camera turned = cameras[2];  // it shares a sixth of its width with the others
+  turned.cam_from_world_rotation = glm::dmat3(glm::rotate(glm::dmat4(1), glm::radians(45.0), glm::dvec3(0, 1, 0)));
+  cameras.push_back(turned);
+  std::vector<SmallPhotograph> small;
+  for (const Camera& camera : cameras) small.push_back(photograph(camera, sky));
+  const Mesh mesh = panel();
+  const auto visibility = make_ray_visibility(mesh);
+  const FarSphere far = find_far_sphere(small, cameras, mesh, *visibility);
+  REQUIRE(!far.mesh.faces.empty());
+  const auto far_visibility = make_ray_visibility(far.mesh);
+  CHECK(frame_share(cameras[2], *visibility, far_visibility.get()).far > 0.5);
+  CHECK(frame_share(turned, *visibility, far_visibility.get()).surface < 0.5);
+  CHECK(frame_share(turned, *visibility, far_visibility.get()).far < 0.2);
+}
+
 TEST_CASE("one photograph alone tells nothing, and left-out pixels neither") {
   CHECK(far_share(far_waves, 1) == 0);
   const std::vector<Camera> cameras = row_of_cameras();
