@@ -102,6 +102,40 @@ class Jobs(InOffice):
         for key in ("views", "texels", "gpu", "faces", "references"):
             self.assertEqual(one[key], other[key], key)
 
+    def test_settings_are_those_of_the_program(self):
+        given = {"coverage.direction-weight": 0.5, "coverage.references": 4, "surface.exact": True,
+                 "stream.order": "shuffled", "stream.seed": 3}
+        one = lumatlas.build(self.scene, "set", refine="none", settings=given)
+        texts = {"surface.exact": "on"}
+        options = [f"--set={name}={texts.get(name, value)}" for name, value in given.items()]
+        subprocess.run([PROGRAM, "build", "office", "-o", "set-too", "--refine", "none", "--quiet", *options],
+                       check=True, stdout=subprocess.DEVNULL)
+        other = lumatlas.open_model("set-too")
+        self.assertEqual(one.summary["options"]["settings"], other.summary["options"]["settings"])
+        self.assertEqual(one.summary["options"]["settings"]["coverage.references"], 4)
+        self.assertEqual(one.summary["references"], other.summary["references"])
+
+    def test_wrong_settings_are_refused_as_by_the_program(self):
+        for name, value, arguments in (
+            ("coverage.reference", 4, {}),
+            ("coverage.references", 0, {}),
+            ("coverage.references", 2.5, {}),
+            ("surface.exact", "perhaps", {}),
+            ("stream.seed", 3, {}),
+            ("departures.hemisphere", "on", {}),
+            ("budget.least-scale", 0.5, {}),
+            ("refinement.lenses", "off", {"refine": "none"}),
+        ):
+            options = [text for key, word in arguments.items() for text in ("--" + key, word)]
+            program = subprocess.run(
+                [PROGRAM, "build", "office", "-o", "other-model", f"--set={name}={value}", *options],
+                capture_output=True, text=True)
+            self.assertEqual(program.returncode, 2, program.stderr)
+            with self.assertRaises(ValueError) as refused:
+                lumatlas.build(self.scene, "other-model", settings={name: value}, **arguments)
+            self.assertIn(str(refused.exception), program.stderr)
+        self.assertFalse(Path("other-model").exists())
+
     def test_wrong_budgets_are_refused(self):
         for arguments, sentence in (
             ({"gpu_bytes": 3}, "budget: is 3 bytes, less than"),
