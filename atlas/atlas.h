@@ -83,7 +83,7 @@ class Atlas {
   // that the surface has now, which another thread may have replaced since `shown` was made. Time: entries of `shown`,
   // and view slots.
   ViewSlot insert(StoredView view, std::vector<ShownCell> shown = {});
-  // The same in a view slot of the caller's choice, which must be free (std::logic_error) and below capacity()
+  // Puts a view in a view slot of the caller's choice, which must be free (std::logic_error) and below capacity()
   // (std::invalid_argument). Time: entries of `shown`.
   void insert_at(ViewSlot slot, StoredView view, std::vector<ShownCell> shown = {});
   // Puts a view in the place of the one in a view slot, which must hold one (std::logic_error): the same photograph
@@ -101,9 +101,9 @@ class Atlas {
   void replace_mask(ViewSlot slot, std::shared_ptr<const ViewMask> mask, std::vector<ShownCell> shown = {});
   // Frees a view slot, which must hold a view that no cell refers to any more (std::logic_error).
   void erase(ViewSlot slot);
-  // Null where the view slot is free. Throws std::invalid_argument unless slot < capacity().
+  // Returns the view, or null if the view slot is free. Throws std::invalid_argument unless slot < capacity().
   [[nodiscard]] std::shared_ptr<const StoredView> view(ViewSlot slot) const;
-  // Which cells its tiles show; never null, empty where the view slot is free. Throws as view() does.
+  // Returns which cells the view's tiles show; never null, empty if the view slot is free. Throws as view() does.
   [[nodiscard]] SharedShownCells shown(ViewSlot slot) const;
 
   // The exposure of the view in a view slot, which must hold one (std::logic_error), see Snapshot::gains. Throws

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Which stored views each cell refers to.
+// Lists for each cell the stored views that it refers to.
 #pragma once
 
 #include <cstdint>

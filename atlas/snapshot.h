@@ -45,13 +45,14 @@ struct Snapshot {
 // views pass their own check() and all tables are as described above. Looks at each face and each reference once.
 void check(const Snapshot& snapshot);
 
-// Like check(), without the check of the surface, which looks at every face. For a surface that has passed it.
+// Does what check() does, except for the surface, each of whose faces check() looks at. Call it for a surface that has
+// passed before.
 void check_but_surface(const Snapshot& snapshot);
 
-// That part of check() which is about the gains.
+// Does the part of check() that concerns gains.
 void check_gains(const Snapshot& snapshot);
 
-// The snapshot without the far sphere of its surface.
+// Returns the snapshot without the far sphere of its surface.
 [[nodiscard]] Snapshot without_far_sphere(const Snapshot& snapshot);
 
 // With tiles, removes the views that have no resident tile, and the references to them. They are not shown, so neither

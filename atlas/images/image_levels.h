@@ -31,7 +31,7 @@ struct ImageLevel {
 // validity, so that what may not be shown does not bleed into it. The sides of `rect` must be multiples of
 // 2^(levels - 1) and the view's photograph and validity as large as its camera says (std::invalid_argument).
 [[nodiscard]] std::vector<ImageLevel> image_levels(const StoredView& view, const ImageRect& rect, std::uint32_t levels);
-// The same of a finest level that is there already.
+// Makes the coarser levels of a finest level that the caller has.
 [[nodiscard]] std::vector<ImageLevel> with_coarser_levels(ImageLevel finest, std::uint32_t levels);
 
 }  // namespace lumatlas

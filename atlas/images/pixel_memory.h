@@ -49,7 +49,7 @@ class PixelMemoryShare {
   PixelMemoryShare(PixelMemoryShare&& other) noexcept;
   PixelMemoryShare& operator=(PixelMemoryShare&& other) noexcept;
   ~PixelMemoryShare();
-  // Counts so many bytes, if that keeps within the bound, and returns whether it does.
+  // Counts the bytes if they fit within the bound, and returns whether they do.
   [[nodiscard]] static bool take(std::size_t bytes);
 
  private:

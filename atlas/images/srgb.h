@@ -10,7 +10,7 @@
 
 namespace lumatlas {
 
-// Both map [0, 1] to [0, 1].
+// Both functions map [0, 1] to [0, 1].
 [[nodiscard]] inline double linear_from_srgb(double srgb) {
   return srgb <= 0.04045 ? srgb / 12.92 : std::pow((srgb + 0.055) / 1.055, 2.4);
 }

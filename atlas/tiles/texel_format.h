@@ -9,7 +9,7 @@
 
 namespace lumatlas {
 
-// How the texture array holds sRGB colour, and validity as its alpha. Coarser levels are held alike.
+// Format in which the texture array holds sRGB colour, and validity as its alpha, on all levels.
 enum class TexelFormat : std::uint8_t {
   rgb8,  // 8 bits a channel (GL_SRGB8_ALPHA8)
   bc7,   // blocks of 4 x 4 texels, see compressed_texels.h (GL_COMPRESSED_SRGB_ALPHA_BPTC_UNORM)

@@ -57,12 +57,12 @@ void check(const TileOptions& options);
 struct PageLayout {
   std::uint32_t columns, rows, pages;
 };
-// For at least that many tile places. Pages are small, so that little is allocated and not used, but there are no more
-// than `most_pages` as long as their sides stay within `most_columns` tile places. Both must be at least 1
+// Returns the pages for at least `slots` tile places. Pages are small, so that few places stay unused, but there are no
+// more than `most_pages` as long as their sides stay within `most_columns` tile places. Both must be at least 1
 // (std::invalid_argument).
 [[nodiscard]] PageLayout pages_for(std::uint32_t slots, std::uint32_t most_pages, std::uint32_t most_columns);
 
-// How an image is cut: tiles row by row from the top left, those at the right and at the bottom reaching beyond it.
+// An image cut into tiles, row by row from the top left; those at the right and at the bottom reach beyond it.
 // `tile_px` must not be 0 (std::invalid_argument).
 struct TileGrid {
   std::uint32_t columns = 0;
@@ -82,7 +82,7 @@ struct ShownCell {
 
 using SharedShownCells = std::shared_ptr<const std::vector<ShownCell>>;
 
-// Which cells each tile of a view shows, by ascending tile, then cell; nothing where the options leave views whole.
+// Returns which cells each tile of a view shows, by ascending tile, then cell; nothing for whole views.
 // `face` is what each pixel of the view shows, as in VisibilityBuffer. Throws std::invalid_argument unless the options
 // pass check(), `face` and the view's validity have one value per pixel, and every face is one of the cells' mesh.
 [[nodiscard]] std::vector<ShownCell> shown_cells(const StoredView& view, std::span<const FaceId> face,
@@ -98,7 +98,7 @@ struct TiledView {
   StoredView view;
   std::vector<ShownCell> shown;
 };
-// Like make_stored_view(), with shown_cells() of its result. Throws as both do.
+// Returns make_stored_view() with shown_cells() of its result. Throws as both do.
 [[nodiscard]] TiledView make_tiled_view(std::string name, const Camera& camera,
                                         std::shared_ptr<const StoredPhotograph> photograph, VisibilityBuffer visible,
                                         const Cells& cells, const TileOptions& layout, const ValidityOptions& options,

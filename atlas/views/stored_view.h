@@ -51,7 +51,7 @@ void check(const StoredView& view);
 [[nodiscard]] StoredView make_stored_view(std::string name, const Camera& camera,
                                           std::shared_ptr<const StoredPhotograph> photograph, VisibilityBuffer visible,
                                           const ValidityOptions& options, std::vector<std::uint8_t> trust = {});
-// The same for a photograph that no other view has.
+// Makes the stored view of a photograph that no other view has.
 [[nodiscard]] StoredView make_stored_view(std::string name, const Camera& camera, Photograph photograph,
                                           VisibilityBuffer visible, const ValidityOptions& options,
                                           std::vector<std::uint8_t> trust = {});

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Which of several names a person may have meant who mistyped one.
+// Finds which known name a user who mistyped one may have meant.
 #pragma once
 
 #include <string>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// How far a long piece of work has come, on stderr: a bar on a terminal, plain lines elsewhere.
+// Shows the progress of a long job on stderr: a bar on a terminal, plain lines elsewhere.
 #pragma once
 
 #include <atomic>

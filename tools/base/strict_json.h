@@ -46,7 +46,7 @@ class JsonPlace {
   const nlohmann::json* value_;
 };
 
-// How deep arrays and objects may lie in one another. Code that walks through values calls itself once a level.
+// Maximum nesting of arrays and objects. Code that walks through values calls itself once a level.
 inline constexpr int kDeepestJson = 100;
 
 // The value that `text` is, which `file` names in sentences. Throws InputError where it is not JSON, or deeper than

@@ -41,7 +41,7 @@ struct ValueRule {
 // One of these names.
 [[nodiscard]] ValueRule name_rule(const std::vector<std::string>& names);
 
-// Both rules, the first one first.
+// Returns a rule that checks both, in this order.
 [[nodiscard]] ValueRule both_rules(ValueRule first, ValueRule second);
 
 }  // namespace lumatlas

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// How the caller of build_model() follows a build and stops it.
+// Lets the caller of build_model() follow a build and stop it.
 #pragma once
 
 #include <cstddef>
@@ -9,7 +9,7 @@
 
 namespace lumatlas {
 
-// How far one stage of a build has come. Stages come one after the other, each with a call for its start (done is 0),
+// Progress of one stage of a build. Stages come one after the other, each with a call for its start (done is 0),
 // one for every step, and one for its end.
 struct BuildProgress {
   // "comparing photographs over the mesh", "looking past the mesh", "finding what the mesh lacks", "adding what the

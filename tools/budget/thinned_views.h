@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Which photographs a model can do without: those that coverage misses least, as many as pictures allow.
+// Takes photographs away that a model can do without: those that coverage misses least, as many as the loss of
+// pictures allows.
 #pragma once
 
 #include <string>

@@ -38,7 +38,7 @@ void check(const CaptureOptions& options);
 // "office.glb".
 [[nodiscard]] std::filesystem::path capture_beside(std::filesystem::path model);
 
-// How the caller follows the work. Any may be empty.
+// Callbacks by which the caller follows the work. Any may be empty.
 struct CaptureListener {
   std::function<void(const std::string& sentence)>
       say;              // called when a step begins, for one that was done before, and with advice

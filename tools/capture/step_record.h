@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Which steps of a long piece of work are done, and from what, so that it can be taken up again where it ended.
+// Records which steps of a long job are done, and from which inputs, so that the job can resume where it ended.
 #pragma once
 
 #include <filesystem>

@@ -10,6 +10,7 @@
 #include "tools/cli/flags/build_flags.h"
 #include "tools/cli/flags/option_rules.h"
 #include "tools/pipeline/build_settings.h"
+#include "tools/pipeline/given_build_settings.h"
 #include "tools/pipeline/model_budget.h"
 #include "tools/pipeline/surface/baked_texture.h"
 #include "tools/stereo/scene_stereo.h"
@@ -35,41 +36,9 @@ void follow_paper(const BuildFlags& flags, BuildOptions& options) {
   if (flags.refine->count() == 0) options.refine = RefineMode::all;
 }
 
-void check_coverage(const GivenSettings& given, const CoverageOptions& coverage) {
-  if (coverage.metric != CoverageOptions::Metric::directions) return;
-  given.refuse_subject("departures.", "needs coverage.metric=departures or coverage.metric=printed");
-  if (!coverage.demand) return;
-  given.refuse("coverage.ideal-distance",
-               "needs coverage.demand=off, or coverage.metric=departures or coverage.metric=printed");
-}
-
-// Tiles, but not whole views, have the options that this refuses.
 void check_tiles_are_used(const BuildFlags& flags) {
-  const GivenSettings& given = flags.settings.given();
-  if (given.value("tiles.layout") != "layers") return;
-  for (const char* const setting : {"tiles.tile", "tiles.gutter", "tiles.texels"}) {
-    given.refuse(setting, "needs tiles.layout=tiles");
-  }
-  if (flags.photograph_bytes->count() > 0) {
-    throw CLI::ValidationError("--photograph-bytes", "needs tiles.layout=tiles");
-  }
-}
-
-// Tiles are compressed only where a budget asks for it, and their gutter allows it.
-void set_texels(const GivenSettings& given, BuildOptions& options) {
-  TileOptions& tiles = options.tiles;
-  const bool has_gutter = given.has("tiles.gutter");
-  if (tiles.texels != TexelFormat::rgb8) {
-    if (!has_gutter) tiles.gutter_px = kGutterOfBlocks;
-    if (tiles.gutter_px < 2) given.refuse("tiles.gutter", "must be 2, 4 or 8 with tiles.texels=bc7");
-    if (tiles.gutter_px == 8 && tiles.tile_px % 16 != 0) {
-      given.refuse("tiles.tile", "must be a multiple of 16 with tiles.texels=bc7 and tiles.gutter=8");
-    }
-  }
-  if (!options.tight_tiles) return;
-  const bool is_fit_for_blocks = !has_gutter || tiles.gutter_px == 2 || tiles.gutter_px == 4;
-  options.tight_tiles.reset();
-  if (is_fit_for_blocks && !tiles.whole_views()) options.tight_tiles = compressed_tiles(tiles);
+  if (flags.settings.given().value("tiles.layout") != "layers" || flags.photograph_bytes->count() == 0) return;
+  throw CLI::ValidationError("--photograph-bytes", "needs tiles.layout=tiles");
 }
 
 ModelBudget budget_of(const BuildFlags& flags) {
@@ -85,12 +54,11 @@ ModelBudget budget_of(const BuildFlags& flags) {
 }
 
 // A model that is bounded by a loss is chosen by a measure of its own, from which settings that were given depart.
-void choose_by_given(const BuildFlags& flags, BuildOptions& options) {
+void choose_by_given(const GivenBuildSettings& given, BuildOptions& options) {
   if (options.planner.coverage.metric != CoverageOptions::Metric::directions) {
     throw CLI::ValidationError("--budget auto", "needs coverage.metric=directions");
   }
-  flags.settings.apply_only(
-      {"coverage.direction-weight", "coverage.direction-width", "coverage.references", "planner.min-gain"}, options);
+  given.choose_by_given(options.planner);
   if (options.choice != ViewChoice::online) {
     throw CLI::ValidationError("--budget auto", "needs stream.choice=online");
   }
@@ -98,18 +66,16 @@ void choose_by_given(const BuildFlags& flags, BuildOptions& options) {
 
 // With tiles, a budget in bytes bounds all that the model takes on the GPU, one in texels the texture array; the
 // photographs that they are cut from are bounded by their number, or by bytes of their own.
-void set_budget(const BuildFlags& flags, BuildOptions& options) {
+void set_budget(const BuildFlags& flags, const GivenBuildSettings& given, BuildOptions& options) {
   const ModelBudget budget = budget_of(flags);
-  if (options.tiles.whole_views() || (budget.gpu_bytes == 0 && !budget.automatic)) {
-    flags.settings.given().refuse("budget.least-scale", "needs tiles.layout=tiles and a --budget of auto or in bytes");
-  }
+  given.check_budget(budget, options);
   if (flags.loss->count() > 0 && !budget.automatic) throw CLI::ValidationError("--loss", "needs --budget auto");
   try {
     apply_budget(budget, flags.max_views->count() > 0, options);
   } catch (const std::invalid_argument& error) {
     throw CLI::ValidationError(error.what());
   }
-  if (budget.automatic) choose_by_given(flags, options);
+  if (budget.automatic) choose_by_given(given, options);
 }
 
 // A model whose mesh counts is to have few faces, unless the user wants all of them. With --watch the mesh is there
@@ -133,24 +99,6 @@ std::optional<std::uint32_t> texture_of(const std::string& text) {
                                                 std::to_string(kMostTexturePx) + ", or " + kNoTexture);
   }
   return static_cast<std::uint32_t>(side_px);
-}
-
-void check_stream(const GivenSettings& given, const BuildOptions& options) {
-  if (options.order == StreamOrder::shuffled || options.choice == ViewChoice::random) return;
-  given.refuse("stream.seed", "needs stream.order=shuffled or stream.choice=random");
-}
-
-// Refuses what --refine leaves out.
-void check_refinement_is_used(const GivenSettings& given, RefineMode refine) {
-  if (refine == RefineMode::none)
-    given.refuse("alignment.white-balance", "needs --refine exposure, pose, all or joint");
-  if (refine != RefineMode::all && refine != RefineMode::joint) {
-    given.refuse("refinement.lenses", "needs --refine all or joint");
-  }
-  if (refine != RefineMode::none && refine != RefineMode::exposure) return;
-  for (const char* const setting : {"alignment.prior", "alignment.max-move"}) {
-    given.refuse(setting, "needs --refine pose, all or joint");
-  }
 }
 
 void watch_scene(const BuildFlags& flags, BuildOptions& options) {
@@ -193,24 +141,23 @@ void set_inputs(const BuildFlags& flags, BuildOptions& options) {
 
 }  // namespace
 
-BuildOptions build_options_of(const BuildFlags& flags) {
-  const GivenSettings& given = flags.settings.given();
+BuildOptions build_options_of(const BuildFlags& flags) try {
+  const GivenBuildSettings given(flags.settings.given().all());
   BuildOptions options = flags.options;
   if (flags.paper) follow_paper(flags, options);
-  flags.settings.apply(options);
+  given.apply(options);
   set_inputs(flags, options);
-  check_coverage(given, options.planner.coverage);
   check_tiles_are_used(flags);
-  set_texels(given, options);
   options.faces = faces_of(flags, options.tiles);
   options.texture_px = texture_of(flags.texture);
-  set_budget(flags, options);
-  check_stream(given, options);
-  check_refinement_is_used(given, options.refine);
+  set_budget(flags, given, options);
+  given.check_refinement(options.refine);
   if (flags.watch) watch_scene(flags, options);
   require_address_known(flags);
   check_usage(options);
   return options;
+} catch (const SettingError& error) {
+  throw CLI::ValidationError(std::string("--set ") + error.what());
 }
 
 }  // namespace lumatlas

@@ -103,7 +103,7 @@ struct HoldFlags {
   static constexpr std::uint64_t kMost = std::uint64_t{1} << 31;
 };
 
-// For an option that was given beside --paper, which sets it to `value`.
+// Throws CLI::ValidationError if the user gave the option beside --paper, which sets it to `value`, unless both agree.
 inline void agree_with_paper(const CLI::Option& option, bool agrees, const std::string& value) {
   if (option.count() == 0 || agrees) return;
   throw CLI::ValidationError(option.get_name(), "is " + value + " by --paper: leave out one of the two");

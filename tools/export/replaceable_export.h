@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Which files an export may replace: those that an earlier one wrote. Another file could be its owner's only copy.
+// Decides which files an export may replace: those that an earlier export wrote. Any other file could be the user's
+// only copy.
 #pragma once
 
 #include <filesystem>

@@ -65,7 +65,7 @@ struct ModeFrame {
 [[nodiscard]] ModeFrame cell_frame(const VisibilityBuffer& visible, const Snapshot& snapshot,
                                    std::span<const float> value_of_cell, bool always);
 
-// How many views each cell refers to.
+// Returns how many views each cell refers to.
 [[nodiscard]] std::vector<float> reference_counts(const Snapshot& snapshot);
 
 [[nodiscard]] ModeFrame depth_frame(const VisibilityBuffer& visible);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// How much of a picture shows what the stored views show too.
+// Measures which share of a picture shows what stored views show too.
 #pragma once
 
 #include "atlas/atlas.h"

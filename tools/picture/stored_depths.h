@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// How far away what the stored views show is.
+// Measures the depths of what stored views show.
 #pragma once
 
 #include <vector>

@@ -46,7 +46,8 @@ enum class ViewChoice {
   random,   // views by chance
 };
 
-// How the visible surface is found. The two agree except at silhouettes.
+// The method that finds the visible surface: rays on the processor or drawing on the GPU. They agree except at
+// silhouettes.
 enum class VisibilityBy {
   rays,  // mesh/visibility/visibility.h, on the processor
   gl,    // blend/gl_visibility.h, on the GPU that EGL finds, else on Mesa's software driver

@@ -3,12 +3,17 @@
 #include <pybind11/stl/filesystem.h>
 
 #include <array>
+#include <cstdint>
+#include <map>
 #include <stdexcept>
+#include <string>
 #include <utility>
 #include <variant>
+#include <vector>
 
 #include "tools/base/output_folder.h"
 #include "tools/pipeline/build_model.h"
+#include "tools/pipeline/given_build_settings.h"
 #include "tools/pipeline/model_budget.h"
 #include "tools/pipeline/output/save_model.h"
 #include "tools/python/bindings.h"
@@ -26,6 +31,8 @@ namespace py = pybind11;
 namespace {
 
 using Path = std::filesystem::path;
+// Python's True is an int as well: bool is tried first.
+using Value = std::variant<bool, std::int64_t, double, std::string>;
 using Faces = std::optional<std::variant<std::size_t, std::string>>;
 
 constexpr std::array<std::pair<const char*, RefineMode>, 5> kRefineModes{{{"none", RefineMode::none},
@@ -33,6 +40,29 @@ constexpr std::array<std::pair<const char*, RefineMode>, 5> kRefineModes{{{"none
                                                                           {"pose", RefineMode::pose},
                                                                           {"all", RefineMode::all},
                                                                           {"joint", RefineMode::joint}}};
+
+// Returns the text of a value, as `lumatlas build --set` takes it.
+std::string typed_text(const Value& value) {
+  if (const bool* const is_on = std::get_if<bool>(&value)) return *is_on ? "on" : "off";
+  if (const auto* const whole = std::get_if<std::int64_t>(&value)) return std::to_string(*whole);
+  if (const auto* const number = std::get_if<double>(&value)) return setting_text(*number);
+  return std::get<std::string>(value);
+}
+
+GivenBuildSettings settings_of(const std::map<std::string, Value>& given) {
+  std::vector<Assignment> assignments;
+  for (const auto& [name, value] : given) assignments.push_back({name, typed_text(value)});
+  return GivenBuildSettings(std::move(assignments));
+}
+
+// A model that is bounded by a loss is chosen by a measure of its own, from which settings that were given depart.
+void choose_by_given(const GivenBuildSettings& given, BuildOptions& options) {
+  if (options.planner.coverage.metric != CoverageOptions::Metric::directions) {
+    throw std::invalid_argument("loss: needs coverage.metric=directions");
+  }
+  if (options.choice != ViewChoice::online) throw std::invalid_argument("loss: needs stream.choice=online");
+  given.choose_by_given(options.planner);
+}
 
 ModelBudget budget_of(std::optional<std::uint64_t> gpu_bytes, std::optional<std::uint64_t> texels,
                       std::optional<double> loss) {
@@ -75,7 +105,9 @@ std::shared_ptr<Model> build(const Scene& scene, const Path& output, const std::
                              std::optional<std::uint64_t> gpu_bytes, std::optional<std::uint64_t> texels,
                              std::optional<double> loss, std::optional<std::uint64_t> memory_bytes, const Faces& faces,
                              double cell_size, const std::string& refine, std::optional<std::uint32_t> texture,
-                             const std::string& image, std::optional<int> quality, const py::object& progress) {
+                             const std::string& image, std::optional<int> quality,
+                             const std::map<std::string, Value>& settings, const py::object& progress) {
+  const GivenBuildSettings given = settings_of(settings);
   BuildOptions options;
   options.mesh = mesh;
   options.mesh_frame = mesh_frame_of(mesh_scale, mesh_axes, mesh_shift);
@@ -87,10 +119,14 @@ std::shared_ptr<Model> build(const Scene& scene, const Path& output, const std::
   options.cells.size = cell_size;
   if (max_views) options.max_views = max_views;
   options.tight_tiles = compressed_tiles(options.tiles);
+  given.apply(options);
   const ModelBudget budget = budget_of(gpu_bytes, texels, loss);
+  given.check_budget(budget, options);
   options.faces = faces_of(faces, wants_few_faces(budget, options.tiles));
   apply_budget(budget, max_views.has_value(), options);
+  if (budget.automatic) choose_by_given(given, options);
   options.refine = value_named(kRefineModes, "refine", refine);
+  given.check_refinement(options.refine);
   options.texture_px = texture;
   const ImageCoding coding = image_coding(image, quality);
   check(options);
@@ -119,7 +155,8 @@ void bind_build(py::module_& module) {
              py::arg("max_views") = py::none(), py::arg("gpu_bytes") = py::none(), py::arg("texels") = py::none(),
              py::arg("loss") = py::none(), py::arg("memory_bytes") = py::none(), py::arg("faces") = py::none(),
              py::arg("cell_size") = 0.0, py::arg("refine") = "joint", py::arg("texture") = BuildOptions{}.texture_px,
-             py::arg("image") = "png", py::arg("quality") = py::none(), py::arg("progress") = py::none(),
+             py::arg("image") = "png", py::arg("quality") = py::none(), py::arg("settings") = py::dict(),
+             py::arg("progress") = py::none(),
              "Choose photographs, save them as a model (a folder, or one .glb), and open it");
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// How pictures are kept in files, as Python says it.
+// Converts the names and qualities of image formats that Python gives.
 #pragma once
 
 #include <array>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// How a Python callable `progress(stage, done, total)` follows a job and ends it.
+// Lets a Python callable `progress(stage, done, total)` follow a job and end it.
 #pragma once
 
 #include <pybind11/pybind11.h>

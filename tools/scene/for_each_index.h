@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The same work on each of many files, in parallel.
+// Does the same work on each of many files, in parallel.
 #pragma once
 
 #include <tbb/parallel_for.h>

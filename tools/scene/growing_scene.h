@@ -25,7 +25,7 @@ class GrowingScene {
  public:
   static constexpr std::uint32_t kPatience = 10;  // looks; about a second lies between two
 
-  // Like read_scene_views(), but nothing needs to be there yet.
+  // Reads views as read_scene_views() does, but accepts a scene without any.
   GrowingScene(std::filesystem::path scene, const glm::dvec3& offset, PictureFolders folders);
 
   struct News {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// How finely the numbers of a mesh file can say where a vertex is.
+// Finds the step of the numbers in a mesh file: how finely they can place a vertex.
 #pragma once
 
 #include "mesh/mesh.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Which photographs a scene's files list, whether or not the photographs themselves are there yet.
+// Lists the photographs that a scene's files name, whether or not the photographs themselves are there yet.
 #pragma once
 
 #include <filesystem>

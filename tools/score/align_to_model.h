@@ -22,7 +22,7 @@ struct Seen {
   VisibilityBuffer visible;
 };
 
-// How a model is looked at. Both functions give a picture of the camera's size.
+// Callbacks that draw a model. Both return a picture of the camera's size.
 struct ModelPictures {
   std::function<Photograph(const Camera&)> draw;    // draws as scoring does
   std::function<Photograph(const Camera&)> sketch;  // in less time

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// How well a small plane in front of one photograph explains what another one shows: the hot loop of stereo.
+// Rates how well a small plane in front of one photograph explains what another one shows: the hot loop of stereo.
 //
 // The plane is held as inverse depth w, which is affine in the image: w(x + dx, y + dy) = w + w_u dx + w_v dy. A
 // pixel's patch moves to the other photograph by the homography that the plane makes, H = A + a (w_u, w_v, w)^T with

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// For every pixel of a photograph the plane by which other photographs show the same there: PatchMatch stereo.
+// PatchMatch stereo: finds for every pixel of a photograph the plane by which other photographs show the same there.
 //
 // Planes come from seeds and from chance, and good ones spread (Bleyer et al., "PatchMatch stereo", 2011). They spread
 // on a checkerboard, from pixels of one colour to those of the other (Galliani et al., "Massively parallel multiview

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Which photographs to compare each with, and how near and far to look.
+// Chooses the photographs that each photograph is compared with, and the range of depths to search.
 #pragma once
 
 #include <cstddef>

@@ -41,7 +41,7 @@ struct SurfaceInput {
 // coordinates' origin if there is no such face.
 [[nodiscard]] glm::dvec3 scene_origin(const TriangleSoup& soup);
 
-// How many faces of a mesh are kept.
+// Bounds the number of faces that make_surface() keeps.
 struct FaceOptions {
   std::optional<std::size_t> faces;  // about this many at most, >= 1
   // How far the surface may move for having fewer, in pixels of the cameras that come near it, >= 0; at 0, or where
@@ -52,7 +52,7 @@ struct FaceOptions {
 // Throws std::invalid_argument naming the field, its value and the rule that it breaks.
 void check(const FaceOptions& options);
 
-// The mesh of a scene, before anything is known of its cells.
+// The mesh of a scene, not yet divided into cells.
 struct MeshInput {
   Mesh mesh;                          // repaired, less the offset
   glm::dvec3 offset{0};               // scene_origin()
@@ -72,12 +72,12 @@ struct MeshInput {
 [[nodiscard]] SurfaceInput make_surface(MeshInput input, CellOptions cells, const FaceOptions& faces = {},
                                         std::span<const Camera> cameras = {});
 
-// The same with fewer faces still, and with other cells; where these have no size, it is what it was. Throws as
+// Makes a surface with fewer faces still, and with other cells; cells without a size keep the size before. Throws as
 // make_surface() does.
 [[nodiscard]] SurfaceInput with_fewer_faces(const SurfaceInput& input, CellOptions cells, const FaceOptions& faces,
                                             std::span<const Camera> cameras = {});
 
-// Both, with all faces.
+// Calls load_mesh(), then make_surface() with all faces.
 [[nodiscard]] SurfaceInput load_surface(const std::filesystem::path& scene,
                                         const std::optional<std::filesystem::path>& mesh_file, CellOptions options,
                                         const MeshFrame& frame = {});

@@ -39,7 +39,7 @@ struct TextureFacts {
 };
 
 // Makes pages one after the other, so that memory holds one of them. Charts are made in groups that have few texels.
-// The same bytes for any number of threads.
+// Its bytes do not depend on the number of threads.
 class TexturedMesh {
  public:
   // Lays the texture out. Keeps the snapshot. With photographs `offered` they give the colours too, else only what is

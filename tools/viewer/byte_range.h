@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Which bytes of a file a Range header asks for (RFC 9110, section 14). The only place where numbers that a request
-// brings become an offset and a length: what comes out lies within the file, whatever the header says.
+// Reads which bytes of a file a Range header asks for (RFC 9110, section 14). No other code turns numbers of a request
+// into an offset and a length: the result lies within the file, whatever the header says.
 #pragma once
 
 #include <cstdint>

@@ -59,7 +59,7 @@ struct SiteFacts {
   }
 };
 
-// How many ticks write_site() gives.
+// Returns how often write_site() calls its progress callback.
 [[nodiscard]] std::size_t site_ticks(const Snapshot& snapshot);
 
 // Passes each file of the site to `put`, one at a time, tileset.json last: the page, and the model in few bytes, packed
@@ -80,7 +80,7 @@ SiteFacts write_site_folder(const std::filesystem::path& folder, const Snapshot&
 // Returns the title of a model's page: the name of its file or folder.
 [[nodiscard]] std::string title_of(const std::filesystem::path& model);
 
-// The same in one HTML file that opens from a disk. The caller looks whether the stream has failed.
+// Writes the site as one HTML file that opens from a disk. The caller checks whether the stream has failed.
 SiteFacts write_one_page(std::ostream& file, const Snapshot& snapshot, const SiteOptions& options,
                          const Tick& tick = {});
 

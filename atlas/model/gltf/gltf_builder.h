@@ -20,7 +20,7 @@ struct GltfElement {
 inline constexpr int kGltfByte = 5121, kGltfShort = 5123, kGltfWhole = 5125, kGltfFloat = 5126;  // all unsigned
 inline constexpr int kGltfVertices = 34962, kGltfFaces = 34963;                                  // targets of views
 
-// How the values of an accessor are compressed where the builder compresses.
+// Compression of an accessor's values, for a builder that compresses.
 enum class GltfPacking {
   none,
   attributes,  // elements of a multiple of 4 bytes, at most 256

@@ -40,7 +40,7 @@ struct GltfElements {
   bool normalized;     // integers stand for [0, 1], signed ones for [-1, 1]
 };
 
-// Which extensions a file may require: those of a model, or all that change nothing about where triangles are.
+// Extensions that a file may require: those of a model, or all that leave triangles where they are.
 enum class GltfUse { model, mesh };
 
 class GltfFile : public FieldReader {

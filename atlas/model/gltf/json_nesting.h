@@ -9,7 +9,7 @@ namespace lumatlas {
 
 inline constexpr int kMaxNesting = 64;  // a model nests 6 deep, its notes some more
 
-// How many arrays and objects of the text are open at once at most; 0 for a text without any.
+// Returns how deep arrays and objects of the text lie in one another; 0 for a text without any.
 [[nodiscard]] int nesting(const std::string& json);
 
 }  // namespace lumatlas

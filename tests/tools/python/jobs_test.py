@@ -4,6 +4,7 @@
 Each job of the program, from Python.
 """
 
+import json
 import os
 import shutil
 import signal
@@ -101,6 +102,41 @@ class Jobs(InOffice):
         one, other = (lumatlas.open_model(path).summary for path in ("one", "other"))
         for key in ("views", "texels", "gpu", "faces", "references"):
             self.assertEqual(one[key], other[key], key)
+
+    def test_settings_are_those_of_the_program(self):
+        given = {"coverage.direction-weight": 0.5, "coverage.references": 4, "surface.exact": True,
+                 "stream.order": "shuffled", "stream.seed": 3}
+        one = lumatlas.build(self.scene, "set", refine="none", settings=given)
+        texts = {"surface.exact": "on"}
+        options = [f"--set={name}={texts.get(name, value)}" for name, value in given.items()]
+        subprocess.run([PROGRAM, "build", "office", "-o", "set-too", "--refine", "none", "--quiet", *options],
+                       check=True, stdout=subprocess.DEVNULL)
+        settings, others = (json.loads(Path(folder, "lumatlas.json").read_text())["options"]["settings"]
+                            for folder in ("set", "set-too"))
+        self.assertEqual(settings, others)
+        self.assertEqual(settings["coverage.references"], 4)
+        self.assertEqual(one.summary["references"], lumatlas.open_model("set-too").summary["references"])
+
+    def test_wrong_settings_are_refused_as_by_the_program(self):
+        for name, value, arguments in (
+            ("coverage.reference", 4, {}),
+            ("coverage.references", 0, {}),
+            ("coverage.references", 2.5, {}),
+            ("surface.exact", "perhaps", {}),
+            ("stream.seed", 3, {}),
+            ("departures.hemisphere", "on", {}),
+            ("budget.least-scale", 0.5, {}),
+            ("refinement.lenses", "off", {"refine": "none"}),
+        ):
+            options = [text for key, word in arguments.items() for text in ("--" + key, word)]
+            program = subprocess.run(
+                [PROGRAM, "build", "office", "-o", "other-model", f"--set={name}={value}", *options],
+                capture_output=True, text=True)
+            self.assertEqual(program.returncode, 2, program.stderr)
+            with self.assertRaises(ValueError) as refused:
+                lumatlas.build(self.scene, "other-model", settings={name: value}, **arguments)
+            self.assertIn(str(refused.exception), program.stderr)
+        self.assertFalse(Path("other-model").exists())
 
     def test_wrong_budgets_are_refused(self):
         for arguments, sentence in (

@@ -18,7 +18,7 @@ class Interrupted : public std::exception {
   int signal_;
 };
 
-// How long the program has to unwind after the signal, before it is ended without.
+// Time that the program has to clean up after the signal before it is killed.
 inline constexpr auto kUnwindingTime = std::chrono::milliseconds(700);
 
 // From now on the first SIGINT, SIGTERM, SIGHUP or SIGPIPE only makes throw_if_interrupted throw. Work that does not

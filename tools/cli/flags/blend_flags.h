@@ -22,7 +22,7 @@ class BlendFlags {
   // Adds what these options say to what settings have made of start(). Throws CLI::ValidationError for an option that
   // says otherwise than --paper, std::invalid_argument as check() does.
   void finish(BlendOptions& options) const;
-  // Those of these options that are in effect.
+  // Returns the options that are in effect.
   [[nodiscard]] nlohmann::json json(const BlendOptions& effective) const;
 
  private:

@@ -113,7 +113,7 @@ CLI::Option* add_choice(CLI::App& command, const std::string& option, Value& val
   return option_rules::add_named<Value>(command, option, value, names, description)->default_str(name_of(names, value));
 }
 
-// The same for a value that other options decide where it is not given; `otherwise` says how.
+// Adds an option whose default other options decide; `otherwise` says in help how.
 template <typename Value>
 CLI::Option* add_choice(CLI::App& command, const std::string& option, std::optional<Value>& value,
                         const std::type_identity_t<Names<Value>>& names, const std::string& description,

@@ -47,13 +47,6 @@ class SettingFlags {
   // Sets what was given.
   void apply(Options& options) const { assign_all(table_, options, given_.all()); }
 
-  // The same for settings of these names alone.
-  void apply_only(const std::vector<std::string_view>& names, Options& options) const {
-    for (const std::string_view name : names) {
-      if (const auto value = given_.value(name)) assign(table_, options, std::string(name), *value);
-    }
-  }
-
   // Throws CLI::ValidationError for a setting that was given another value than --paper sets; `printed`: the defaults,
   // with what --paper sets.
   void agree_with_paper(const Options& printed) const {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// How a command that serves a page says where.
+// Prints the address of the page that a command serves.
 #pragma once
 
 #include <string>

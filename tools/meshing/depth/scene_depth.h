@@ -13,7 +13,7 @@ namespace lumatlas {
 // Throws InputError naming a file that is missing, damaged, not of 16 bits, or of another shape than its lens.
 [[nodiscard]] DepthImage read_depth(const SceneDepth& depth);
 
-// How many pixels of its file are above 0, whether they can be used or not. Throws InputError.
+// Returns how many pixels of its file are above 0, whether they can be used or not. Throws InputError.
 [[nodiscard]] std::size_t pixels_above_zero(const SceneDepth& depth);
 
 }  // namespace lumatlas

@@ -19,7 +19,7 @@ inline constexpr double kPhotographedEnlargement = 2.5;
 // A picture is covered if its photographed share is more than this part of the median share of the stored cameras.
 inline constexpr double kCoveredShare = 0.6;
 
-// How much of the picture from there shows what was photographed, in [0, 1].
+// Returns the share of the picture from there that shows photographed surface, in [0, 1].
 using PhotographedShare = std::function<double(const Vantage&)>;
 
 struct KeptPath {

@@ -23,7 +23,7 @@ namespace lumatlas {
 //   time_ms.per_view     of each stage, over the views that it was done for, and how many they are
 [[nodiscard]] nlohmann::json summary(const BuildResult& result, const BuildOptions& options);
 
-// The same in a few lines; `name` is what was built.
+// Returns the summary as a few lines of text; `name` is the model's.
 [[nodiscard]] std::string summary_text(const nlohmann::json& summary, const std::string& name);
 
 // One line of the "parsimony" above, which must not be null.
@@ -33,10 +33,10 @@ namespace lumatlas {
 // their pixels.
 [[nodiscard]] std::string frames_text(const nlohmann::json& frames);
 
-// The same of its "trust".
+// Returns the "trust" of the summary as a line of text.
 [[nodiscard]] std::string trust_text(const nlohmann::json& trust);
 
-// How many cells refer to 0, 1, 2 ... views, up to the most that any cell refers to.
+// Returns how many cells refer to 0, 1, 2 ... views, up to the most that any cell refers to.
 [[nodiscard]] std::vector<std::size_t> cells_by_references(const ReferenceTable& references);
 
 // The options as they were used, for the file beside the output; "settings" has those of build_settings().

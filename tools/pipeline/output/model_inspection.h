@@ -28,7 +28,7 @@ namespace lumatlas {
 [[nodiscard]] nlohmann::json file_bytes_json(const std::filesystem::path& model);
 [[nodiscard]] std::string file_bytes_text(const nlohmann::json& file);
 
-// The same in a few lines.
+// Returns the inspection as a few lines of text.
 [[nodiscard]] std::string inspection_text(const nlohmann::json& model);
 
 }  // namespace lumatlas

@@ -19,7 +19,7 @@ namespace lumatlas {
 nlohmann::json save_model(const BuildResult& result, const std::filesystem::path& path,
                           const ImageCoding& photographs = {});
 
-// The same into an output that was opened before the build, so that a path that cannot be written is refused at once.
+// Saves into an output that the caller opened before the build, so that an unwritable path is refused at once.
 // `unplaced`: see require_worth_saving().
 nlohmann::json save_model(const BuildResult& result, ModelOutput& output, const ImageCoding& photographs = {},
                           std::size_t unplaced = 0);

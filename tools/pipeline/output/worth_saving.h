@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Which models may be saved: nothing takes the place of a good model but a better one.
+// Decides whether a built model may be saved: only a better model may replace a good one.
 #pragma once
 
 #include <cstddef>
@@ -10,7 +10,7 @@
 
 namespace lumatlas {
 
-// How many of a scene's photographs a built model uses.
+// Counts how many of a scene's photographs a built model uses.
 struct PhotographsUsed {
   std::size_t wanted = 0;     // photographs that the scene lists and that are not held out, and `unplaced`
   std::size_t looked_at = 0;  // those whose photograph came, could be read and agrees with the others

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// How much better pictures become if surface is added where photographs see none.
+// Measures how much better pictures become if surface is added where the mesh has none.
 //
 // Small photographs are predicted without themselves. Where they see the surface, their prediction is the mean colour
 // of the same points in the other photographs that are nearest in direction; elsewhere it is the fill that pictures

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// How much of the surface in the photographs is near its true place.
+// Measures which share of the surface in the photographs is near its true place.
 #pragma once
 
 #include "atlas/snapshot.h"

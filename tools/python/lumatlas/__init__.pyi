@@ -189,6 +189,7 @@ def build(
     texture: Optional[int] = 2048,
     image: Literal["png", "jpeg"] = "png",
     quality: Optional[int] = None,
+    settings: Mapping[str, Union[bool, int, float, str]] = ...,
     progress: _Progress = None,
 ) -> Model: ...
 def open_model(path: _PathLike) -> Model: ...

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Which pixels of a held-out view count: the conventions of scores.h in one place.
+// Selects the pixels of a held-out view that count: the conventions of scores.h in one place.
 #pragma once
 
 #include <cstddef>

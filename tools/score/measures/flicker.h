@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// How much a rendering flickers while the camera moves smoothly: see tools/score/README.md.
+// Measures how much a rendering flickers while the camera moves smoothly: see tools/score/README.md.
 //
 // The colour of one surface point X changes from frame t to the next, in the true pictures too where the surface is
 // glossy. What it changes beyond that is the change of the error e = rendering less true picture, followed on X:

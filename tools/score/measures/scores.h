@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// How well a rendering reproduces the photograph that was held out: over the whole frame, and over the pixels where the
-// mesh is seen.
+// Scores how well a rendering reproduces the held-out photograph: over the whole frame, and over the pixels that see
+// the mesh.
 //
 // Conventions of every function here:
 //   The two pictures have the same size, at least one pixel; otherwise std::invalid_argument.

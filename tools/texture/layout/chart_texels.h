@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Which place of the surface each texel of a chart shows.
+// Finds the point of the surface that each texel of a chart shows.
 #pragma once
 
 #include <cstdint>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// How far pixels are from the next one that may not be used.
+// Measures how far each pixel is from the nearest one that must not be used.
 #pragma once
 
 #include <cstdint>
