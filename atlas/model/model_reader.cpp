@@ -682,13 +682,15 @@ auto read_one_version(const fs::path& path, const Read& read) {
   const fs::path file = file_of(path);
   if (is_gltf(file)) return read(ModelReader(nullptr, file));
   for (int versions = 1;; ++versions) {
+    const fs::file_time_type saved = fs::last_write_time(file);
     auto tileset = std::make_unique<TilesetFile>(file);
     const std::string version = tileset->json();
     try {
       const fs::path surface = tileset->surface();
       return read(ModelReader(std::move(tileset), surface));
     } catch (const InputError&) {
-      if (versions == kMostVersions || read_whole_file(file) == version) throw;
+      const bool is_same = fs::last_write_time(file) == saved && read_whole_file(file) == version;
+      if (versions == kMostVersions || is_same) throw;
     }
   }
 }

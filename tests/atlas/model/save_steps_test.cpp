@@ -237,7 +237,7 @@ TEST_CASE("a model that is read during 200 saves is always one of those saved, w
     }
   }
   saving.join();
-  CHECK(failure.empty());
+  CHECK(failure == "");
   CHECK(evens > 0);
   CHECK(odds > 0);
   CHECK(others == 0);
@@ -245,10 +245,10 @@ TEST_CASE("a model that is read during 200 saves is always one of those saved, w
 
 constexpr const char* kFolderToSaveTo = "LUMATLAS_TEST_SAVES_TO";
 
-// Runs in a program of its own, which the next test kills.
+// Runs in a program of its own, which the next test starts and kills; elsewhere it does nothing.
 TEST_CASE("saves without end", "[.]") {
   const char* const folder = std::getenv(kFolderToSaveTo);
-  REQUIRE(folder != nullptr);
+  if (folder == nullptr) return;
   for (std::uint8_t number = 0;; number ^= 1) write_model(folder, model_number(number), {});
 }
 

@@ -809,6 +809,12 @@ TEST_CASE("a callback stops a build by returning false, and by an exception of i
   CHECK_THROWS_WITH(build_model(small_scene(), options_for(6), throwing), "the battery is low");
 }
 
+TEST_CASE("a folder for scratch files that is none is refused before anything is read") {
+  BuildOptions options = options_for(6);
+  options.memory = {.bytes = 0, .scratch_folder = "/no/such/folder"};
+  CHECK_THROWS_WITH(build_model("/no/such/scene", options), Catch::StartsWith("/no/such/folder: is no folder"));
+}
+
 TEST_CASE("a model is saved as a folder or as one file, with what tells how it was built, and reads back") {
   BuildOptions options = options_for(6);
   options.hold_out = HoldOut{8, 1};

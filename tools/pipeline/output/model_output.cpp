@@ -53,9 +53,10 @@ void check_replaceable_glb(const fs::path& file) {
 }  // namespace
 
 fs::path scratch_folder_for(const fs::path& output) {
-  if (std::getenv("TMPDIR") != nullptr) return fs::temp_directory_path();
-  const fs::path folder = fs::absolute(output).lexically_normal().parent_path();
-  return fs::is_directory(folder) ? folder : fs::temp_directory_path();
+  std::error_code ignored;
+  const char* const named = std::getenv("TMPDIR");
+  if (named != nullptr && fs::is_directory(named, ignored)) return named;
+  return fs::absolute(output).lexically_normal().parent_path();
 }
 
 ModelNotes read_model_notes(const fs::path& model) {

@@ -13,8 +13,8 @@
 
 namespace lumatlas {
 
-// Returns the folder for scratch files while `output` is made: the one that the environment variable TMPDIR names, else
-// the one that takes the output, because that has room for photographs.
+// Returns the folder for scratch files while `output` is made: the one that the environment variable TMPDIR names, if
+// it is there, else the one that takes the output, because that has room for photographs.
 [[nodiscard]] std::filesystem::path scratch_folder_for(const std::filesystem::path& output);
 
 // How a model was built, as `build` wrote it: lumatlas.json and plan.json in a folder, the asset's "extras" in a .glb.
