@@ -8,6 +8,7 @@
 #include <optional>
 #include <set>
 #include <span>
+#include <stdexcept>
 #include <string>
 #include <utility>
 
@@ -688,7 +689,7 @@ auto read_one_version(const fs::path& path, const Read& read) {
     try {
       const fs::path surface = tileset->surface();
       return read(ModelReader(std::move(tileset), surface));
-    } catch (const InputError&) {
+    } catch (const std::runtime_error&) {  // an InputError, or what the file system says of a file that is gone
       const bool is_same = fs::last_write_time(file) == saved && read_whole_file(file) == version;
       if (versions == kMostVersions || is_same) throw;
     }

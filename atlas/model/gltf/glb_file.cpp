@@ -6,6 +6,7 @@
 #include <fstream>
 #include <limits>
 #include <string_view>
+#include <system_error>
 
 #include "mesh/base/errors.h"
 
@@ -43,9 +44,16 @@ std::size_t padding(std::size_t bytes) {
   return (4 - bytes % 4) % 4;
 }
 
+std::uint64_t bytes_in_file(const fs::path& file) {
+  std::error_code error;
+  const std::uintmax_t bytes = fs::file_size(file, error);
+  if (error) refuse(file, "cannot be read (" + error.message() + ")");
+  return bytes;
+}
+
 class GlbReader {
  public:
-  explicit GlbReader(const fs::path& path) : path_(path), file_(path, std::ios::binary), left_(fs::file_size(path)) {}
+  explicit GlbReader(const fs::path& path) : path_(path), file_(path, std::ios::binary), left_(bytes_in_file(path)) {}
 
   [[nodiscard]] std::uint64_t left() const { return left_; }
 
