@@ -17,8 +17,9 @@
 
 namespace lumatlas {
 
-// Notes changes, each as Atlas has it, which Atlas::commit() makes in this order. Nothing is checked before that. The
-// caller chooses the view slots, because other changes of the edit may name them.
+// Lists changes for Atlas::commit(), which makes them in this order. Each method adds the change that the method of the
+// same name in Atlas makes, with its units and errors; commit() is what checks and throws. The caller chooses the view
+// slots, because other changes of the edit may name them.
 //
 //   AtlasEdit edit;
 //   edit.set_references(cell, {newer});

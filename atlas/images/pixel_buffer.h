@@ -56,7 +56,7 @@ class PixelBuffer {
   // Returns the bytes of memory that the values take.
   [[nodiscard]] std::size_t bytes() const { return sizeof(T) * memory_.size(); }
 
-  // Returns the values, in memory, where they may be changed. They then count as what they were.
+  // Returns the values, in memory, where they may be changed. They still count as before.
   [[nodiscard]] std::vector<T>& values() {
     if (file_) {
       memory_.assign(begin(), end());

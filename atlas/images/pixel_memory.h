@@ -41,7 +41,7 @@ void give_back_scratch_pages();
 // not say how much that is, returns the largest number.
 [[nodiscard]] std::uint64_t usual_pixel_memory();
 
-// Internal to PixelBuffer: bytes in memory that count, until it is gone.
+// Internal to PixelBuffer. Counts bytes in memory as long as it lives.
 class PixelMemoryShare {
  public:
   PixelMemoryShare() = default;
@@ -56,7 +56,7 @@ class PixelMemoryShare {
   std::size_t bytes_ = 0;
 };
 
-// Internal to PixelBuffer: bytes in a scratch file that is mapped into memory.
+// Internal to PixelBuffer. Holds bytes in a scratch file that is mapped into memory.
 class ScratchFile {
  public:
   // Writes the bytes, of which there is at least one, to the folder of the newest bound. Throws InputError, naming the
