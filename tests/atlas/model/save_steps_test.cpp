@@ -2,11 +2,11 @@
 // A save is whole or absent: it is looked at before each of its steps, where it may be killed, and each of them fails
 // once. The steps are the calls by which files appear, change their names and go: this program has its own of them.
 #include <fcntl.h>
-#include <signal.h>
 #include <spawn.h>
 #include <sys/syscall.h>
 #include <sys/wait.h>
 #include <unistd.h>
+#include <csignal>
 
 #include <array>
 #include <atomic>
@@ -47,7 +47,8 @@ bool may_go_on() {
 
 }  // namespace
 
-// The functions that std::filesystem calls.
+// The functions that std::filesystem calls. The C library names their parameters otherwise.
+// NOLINTBEGIN(readability-inconsistent-declaration-parameter-name)
 extern "C" int rename(const char* from, const char* to) noexcept {
   if (!may_go_on()) return -1;
   is_rename_on_disk = false;
@@ -65,6 +66,7 @@ extern "C" int remove(const char* path) noexcept {
   if (unlink(path) == 0) return 0;
   return errno == EISDIR || errno == EPERM ? rmdir(path) : -1;
 }
+// NOLINTEND(readability-inconsistent-declaration-parameter-name)
 
 namespace lumatlas {
 namespace {
@@ -237,7 +239,7 @@ TEST_CASE("a model that is read during 200 saves is always one of those saved, w
     }
   }
   saving.join();
-  CHECK(failure == "");
+  CHECK_THAT(failure, Catch::Equals(""));
   CHECK(evens > 0);
   CHECK(odds > 0);
   CHECK(others == 0);
