@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "atlas/images/scaled_view.h"
+#include "atlas/model/model_form.h"
 #include "atlas/snapshot.h"
 #include "atlas/views/validity.h"
 #include "mesh/tick.h"
@@ -28,6 +29,7 @@ struct SiteOptions {
   ImageCoding photographs{ImageFormat::jpeg, 90};
   ValidityOptions validity;                  // that the views' masks were made with
   std::uint32_t most_side_px = kMostSidePx;  // photographs with a longer side are scaled, all alike
+  std::size_t chunk_faces = FormOptions{}.chunk_faces;
 };
 
 // The model that a page shows.
