@@ -224,6 +224,7 @@ export interface Mesh {
   zones: Uint32Array<ArrayBuffer>;
   corners: Uint32Array<ArrayBuffer>;
   counts: number[];
+  behind: number;  // how many of the corners, the last, are drawn a little behind the others
 }
 
 export interface Tables {

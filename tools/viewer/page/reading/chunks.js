@@ -32,15 +32,26 @@ export function nearestBox(boxes, among, point) {
   return best;
 }
 
-// The corners of the faces that are nearest to a box in `missing`.
+// Returns whether a face may be one of the mesh in a box: whether its own box meets that.
+/** @param {Float32Array} positions @param {Uint32Array} face @param {number[]} box */
+function meets(positions, face, box) {
+  for (let axis = 0; axis < 3; ++axis) {
+    const [a, b, c] = [positions[3 * face[0] + axis], positions[3 * face[1] + axis], positions[3 * face[2] + axis]];
+    if (Math.max(a, b, c) < box[axis] || Math.min(a, b, c) > box[axis + 3]) return false;
+  }
+  return true;
+}
+
+// The corners of the faces that lie where a box in `missing` is, or are nearest to it.
 /** @param {Mesh} mesh @param {number[][]} boxes @param {Set<number>} missing */
 function cornersNear({positions, corners}, boxes, missing) {
   const all = boxes.map((_, number) => number);
   const near = [];
   for (let i = 0; i < corners.length; i += 3) {
-    const middle = [0, 1, 2].map((axis) => (positions[3 * corners[i] + axis] + positions[3 * corners[i + 1] + axis] +
-        positions[3 * corners[i + 2] + axis]) / 3);
-    if (missing.has(nearestBox(boxes, all, middle))) near.push(corners[i], corners[i + 1], corners[i + 2]);
+    const face = corners.subarray(i, i + 3);
+    const isNear = [...missing].some((number) => meets(positions, face, boxes[number])) ||
+        missing.has(nearestBox(boxes, all, positions.subarray(3 * face[0], 3 * face[0] + 3)));
+    if (isNear) near.push(...face);
   }
   return Uint32Array.from(near);
 }
@@ -51,17 +62,19 @@ const startsOf = (counts) => counts.map((_, i) => counts.slice(0, i).reduce((a, 
 /** @param {number[]} counts */
 const sumOf = (counts) => counts.reduce((a, b) => a + b, 0);
 
-// One mesh of several, whose zones count on from `firstZones`.
-/** @param {Mesh[]} meshes @param {number[]} firstZones @returns {Mesh} */
-function joinedMesh(meshes, firstZones) {
-  const counts = meshes.map(({zones}) => zones.length);
-  const firsts = startsOf(counts);
-  const vertices = sumOf(counts);
+// One mesh of several, whose zones count on from `firstZones`. `behind`: the corners of the last mesh, which is drawn
+// behind the others; null: there is no such mesh.
+/** @param {Mesh[]} meshes @param {number[]} firstZones @param {Uint32Array | null} behind @returns {Mesh} */
+function joinedMesh(meshes, firstZones, behind) {
+  const firsts = startsOf(meshes.map(({zones}) => zones.length));
+  const vertices = sumOf(meshes.map(({zones}) => zones.length));
+  const before = behind ? meshes.slice(0, -1) : meshes;
   const joined = {
     positions: new Float32Array(3 * vertices), colors: new Uint8Array(4 * vertices),
     shares: new Uint8Array(4 * vertices), zones: new Uint32Array(vertices),
-    corners: new Uint32Array(sumOf(meshes.map(({corners}) => corners.length))),
-    counts: CELLS_OF_SHADER.map((_, group) => sumOf(meshes.map((mesh) => mesh.counts[group]))),
+    corners: new Uint32Array(sumOf(before.map(({corners}) => corners.length)) + (behind?.length ?? 0)),
+    counts: CELLS_OF_SHADER.map((_, group) => sumOf(before.map((mesh) => mesh.counts[group]))),
+    behind: behind?.length ?? 0,
   };
   meshes.forEach((mesh, number) => {
     joined.positions.set(mesh.positions, 3 * firsts[number]);
@@ -70,10 +83,13 @@ function joinedMesh(meshes, firstZones) {
     for (let i = 0; i < mesh.zones.length; ++i) joined.zones[firsts[number] + i] = firstZones[number] + mesh.zones[i];
   });
   let at = 0;
-  CELLS_OF_SHADER.forEach((_, group) => meshes.forEach((mesh, number) => {
+  CELLS_OF_SHADER.forEach((_, group) => before.forEach((mesh, number) => {
     const first = startsOf(mesh.counts)[group];
     for (let i = first; i < first + mesh.counts[group]; ++i) joined.corners[at++] = firsts[number] + mesh.corners[i];
   }));
+  behind?.forEach((vertex) => {
+    joined.corners[at++] = firsts[firsts.length - 1] + vertex;
+  });
   return joined;
 }
 
@@ -144,21 +160,18 @@ export class Chunks {
     this.there[number] ??= {mesh, zones, tables: null};
   }
 
-  // Those that are there, and of the coarse mesh, if there is one, what lies where the others would be.
+  // Those that are there, and behind them of the coarse mesh, if there is one, what lies where the others would be.
   /** @param {Mesh | null} coarse @returns {Mesh} */
   joined(coarse) {
     const there = this.there.filter((chunk) => chunk !== null);
     const meshes = there.map(({mesh}) => mesh);
     const firstZones = startsOf(there.map(({zones}) => zones));
     const missing = new Set(this.missing());
-    if (coarse && missing.size > 0) {
-      const corners = cornersNear(coarse, this.boxes, missing);
-      const zones = new Uint32Array(coarse.zones.length);
-      const counts = CELLS_OF_SHADER.map((_, group) => group === 0 ? corners.length : 0);
-      meshes.push({...coarse, zones, corners, counts});
-      firstZones.push(sumOf(there.map(({zones}) => zones)));
-    }
-    return joinedMesh(meshes, firstZones);
+    if (!coarse || missing.size === 0) return joinedMesh(meshes, firstZones, null);
+    // All of it is in the zone without references.
+    meshes.push({...coarse, zones: new Uint32Array(coarse.zones.length)});
+    firstZones.push(sumOf(there.map(({zones}) => zones)));
+    return joinedMesh(meshes, firstZones, cornersNear(coarse, this.boxes, missing));
   }
 
   // Returns whether there are tables: the first chunk says which tiles of the photographs are there.

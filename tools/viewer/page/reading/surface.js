@@ -165,7 +165,7 @@ function compacted(mesh, stands) {
   const corners = mesh.corners.map((vertex) => number[vertex]);
   return {
     positions: mesh.positions.slice(0, 3 * count), colors: mesh.colors.slice(0, 4 * count),
-    shares: mesh.shares.slice(0, 4 * count), zones: mesh.zones.slice(0, count), corners, counts: mesh.counts,
+    shares: mesh.shares.slice(0, 4 * count), zones: mesh.zones.slice(0, count), corners, counts: mesh.counts, behind: 0,
   };
 }
 
@@ -244,7 +244,7 @@ export function meshOf(gltf, primitives, properties) {
   /** @type {Mesh} */
   const mesh = {
     positions: new Float32Array(3 * vertices), colors, shares: new Uint8Array(4 * vertices),
-    zones: new Uint32Array(vertices), corners: new Uint32Array(0), counts: [],
+    zones: new Uint32Array(vertices), corners: new Uint32Array(0), counts: [], behind: 0,
   };
   primitives.forEach((primitive, number) => {
     // The far sphere's positions are the model's.
