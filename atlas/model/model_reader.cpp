@@ -59,6 +59,7 @@ class ModelReader {
   }
   static std::vector<std::unique_ptr<SurfaceFile>> opened(const std::vector<fs::path>& surfaces) {
     std::vector<std::unique_ptr<SurfaceFile>> files;
+    files.reserve(surfaces.size());
     for (const fs::path& surface : surfaces) files.push_back(std::make_unique<SurfaceFile>(surface));
     return files;
   }

@@ -50,7 +50,7 @@ std::vector<const FieldReader::Object*> TilesetFile::chunks() const {
     for (std::size_t i = 0; i < list.ArrayLen(); ++i) children.push_back(&list.Get(static_cast<int>(i)));
     return children;
   };
-  const std::vector<const Object*> chunks = children_of(root());
+  std::vector<const Object*> chunks = children_of(root());
   if (chunks.empty()) return {&root()};
   for (const Object* chunk : chunks) {
     if (!children_of(*chunk).empty()) refuse("has tiles of three levels, this program reads two");

@@ -27,9 +27,9 @@ inline constexpr const char* kSiteGenerator = "lumatlas export --to web";
 struct SiteOptions {
   std::string title = "lumatlas";
   ImageCoding photographs{ImageFormat::jpeg, 90};
-  ValidityOptions validity;                  // that the views' masks were made with
-  std::uint32_t most_side_px = kMostSidePx;  // photographs with a longer side are scaled, all alike
-  std::size_t chunk_faces = FormOptions{}.chunk_faces;
+  ValidityOptions validity;                             // that the views' masks were made with
+  std::uint32_t most_side_px = kMostSidePx;             // photographs with a longer side are scaled, all alike
+  std::size_t chunk_faces = FormOptions{}.chunk_faces;  // most faces of a chunk of the surface
 };
 
 // The model that a page shows.
