@@ -12,11 +12,13 @@
 
 namespace lumatlas {
 
+// For each face the corners' places: shares of the image's sides from the top left.
+using TexturePlaces = std::vector<std::array<glm::vec2, 3>>;
+
 struct BaseTexture {
   Photograph image;    // sRGB
   ImageCoding coding;  // how the image is coded in a file
-  std::vector<std::array<glm::vec2, 3>>
-      faces;  // the corners of each face: shares of the image's sides from the top left
+  TexturePlaces faces;
 };
 
 // Throws std::invalid_argument if the image cannot be coded so, or if one of the `faces` faces does not lie inside it.

@@ -63,7 +63,7 @@ class VersionWriter {
   FormVersion finish(const WrittenSurface& written) {
     json properties = view_list();
     const TileContent surface = put_surface(written);
-    version_.tileset = tileset_json(snapshot_, surface, {}, std::move(properties)).dump() + "\n";
+    version_.tileset = tileset_json(snapshot_, {surface}, {}, std::move(properties)).dump() + "\n";
     return std::move(version_);
   }
 
@@ -160,7 +160,7 @@ class VersionWriter {
     gltf.finish(uris);
     const std::string text = gltf.document().dump();
     const std::span bytes(reinterpret_cast<const std::uint8_t*>(text.data()), text.size());
-    return {put_named("surface", ".gltf", "model/gltf+json", bytes), text.size(), 0};
+    return {put_named("surface", ".gltf", "model/gltf+json", bytes), text.size(), 0, {}};
   }
 
   const Snapshot& snapshot_;

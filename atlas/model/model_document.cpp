@@ -3,6 +3,7 @@
 #include "atlas/model/model_document.h"
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
 #include <glm/glm.hpp>
 #include <map>
@@ -125,10 +126,6 @@ int add_numbers(GltfBuilder& gltf, const std::vector<float>& numbers) {
   return gltf.add(numbers, {kGltfFloat, "SCALAR"}, GltfPacking::attributes);
 }
 
-int add_whole_numbers(GltfBuilder& gltf, const std::vector<std::uint32_t>& numbers) {
-  return gltf.add(numbers, {kGltfWhole, "SCALAR"}, GltfPacking::attributes);
-}
-
 int add_flags(GltfBuilder& gltf, const std::vector<std::uint8_t>& flags) {
   return gltf.add(flags, {kGltfByte, "SCALAR"}, GltfPacking::none);
 }
@@ -149,10 +146,10 @@ void add_tables(GltfBuilder& gltf, const Snapshot& snapshot, const WrittenSurfac
 }
 
 // The box of the mesh as tiles have it, with z upwards: its centre, and half of its axes.
-json box_json(const Mesh& mesh, const glm::dmat3& file_from_scene) {
+json box_json(const Mesh& mesh, const glm::dvec3& origin, const glm::dmat3& file_from_scene) {
   Bounds box;
   for (const glm::vec3& position : mesh.positions) {
-    const glm::dvec3 p = file_from_scene * glm::dvec3(position);
+    const glm::dvec3 p = file_from_scene * (glm::dvec3(position) + origin);
     const glm::dvec3 in_tile(p.x, -p.z, p.y);
     box.min = glm::min(box.min, in_tile);
     box.max = glm::max(box.max, in_tile);
@@ -165,7 +162,32 @@ json content_json(const TileContent& content) {
   return {{"uri", content.uri}, {"extras", {{"byteLength", content.bytes}}}};
 }
 
+// Returns the number in six digits, which take few bytes as text.
+double rounded(double number) {
+  constexpr int kDigits = 6;
+  char text[64];
+  const char* const end = std::to_chars(text, text + sizeof(text), number, std::chars_format::general, kDigits).ptr;
+  double result = number;
+  std::from_chars(text, end, result);
+  return result;
+}
+
+// The tile of one of several chunks.
+json chunk_tile(const TileContent& chunk) {
+  json content = content_json(chunk);
+  content["extras"]["box"] = chunk.volume["box"];
+  return {{"boundingVolume", chunk.volume["boundingVolume"]}, {"geometricError", 0}, {"content", std::move(content)}};
+}
+
 }  // namespace
+
+int add_whole_numbers(GltfBuilder& gltf, const std::vector<std::uint32_t>& numbers) {
+  return gltf.add(numbers, {kGltfWhole, "SCALAR"}, GltfPacking::attributes);
+}
+
+double written_cell_size(const Surface& surface) {
+  return std::min(surface.cells.size, most_cell_size(near_surface(surface).mesh));
+}
 
 ViewSlot first_view_slot(const Snapshot& snapshot, const std::vector<std::uint8_t>& shown) {
   std::vector<std::size_t> cells(snapshot.views.size(), 0);
@@ -266,9 +288,8 @@ json add_surface(GltfBuilder& gltf, const Snapshot& snapshot, const WrittenSurfa
     attributes(1)[kColorAttribute] = number;
   }
   if (form.apart) gltf.begin_buffer();
-  json properties = {{"version", kLumigraphVersion},
-                     {"offset", json_of(surface.offset)},
-                     {"cellSize", std::min(surface.cells.size, most_cell_size(near_surface(surface).mesh))}};
+  json properties = {
+      {"version", kLumigraphVersion}, {"offset", json_of(surface.offset)}, {"cellSize", written_cell_size(surface)}};
   if (has_far) properties["far"] = {{"mesh", 1}, {"cells", surface.far_cells}};
   add_tables(gltf, snapshot, written, tables, form, properties);
   return properties;
@@ -304,21 +325,44 @@ void set_lumigraph(json& document, json properties) {
   document["extensionsUsed"].push_back(kLumigraphExtension);
 }
 
-json tileset_json(const Snapshot& snapshot, const TileContent& surface, const TileContent& coarse, json properties) {
-  const Mesh near = near_surface(*snapshot.surface).mesh;
-  const json volume = {{"box", box_json(near, gltf_from_scene(snapshot))}};
-  json whole = {{"boundingVolume", volume}, {"geometricError", 0}, {"content", content_json(surface)}};
-  json root = std::move(whole);
-  if (!coarse.uri.empty()) {
-    root = {{"boundingVolume", volume},
-            {"geometricError", coarse.geometric_error},
-            {"content", content_json(coarse)},
-            {"children", {std::move(root)}}};
+void add_moved_scene(json& document, const glm::dmat3& file_from_scene, const glm::dvec3& origin) {
+  document["nodes"].push_back({{"rotation", gltf_rotation(file_from_scene)}, {"children", {1}}});
+  document["nodes"].push_back({{"mesh", 0}, {"translation", json_of(origin)}});
+  document["scenes"].push_back({{"nodes", {0}}});
+  document["scene"] = 0;
+}
+
+json tile_volume(const Mesh& mesh, const glm::dvec3& origin, const glm::dmat3& file_from_scene) {
+  const Bounds box = bounds(mesh);
+  json corners = json::array();
+  for (const glm::dvec3& corner : {box.min + origin, box.max + origin}) {
+    for (int axis = 0; axis < 3; ++axis) corners.push_back(rounded(corner[axis]));
   }
-  root["refine"] = "REPLACE";
+  return {{"boundingVolume", {{"box", box_json(mesh, origin, file_from_scene)}}}, {"box", std::move(corners)}};
+}
+
+json tileset_json(const Snapshot& snapshot, const std::vector<TileContent>& chunks, const TileContent& coarse,
+                  json properties) {
+  const Mesh near = near_surface(*snapshot.surface).mesh;
   const Bounds box = bounds(near);
+  const double extent = glm::length(box.max - box.min);
+  const double error = std::max(coarse.geometric_error, extent);
+  json root = tile_volume(near, {}, gltf_from_scene(snapshot));
+  root.erase("box");
+  root["refine"] = "REPLACE";
+  root["geometricError"] = coarse.uri.empty() ? (chunks.size() > 1 ? error : 0) : coarse.geometric_error;
+  if (chunks.size() == 1 && coarse.uri.empty()) {
+    root["content"] = content_json(chunks.front());
+  } else if (chunks.size() == 1) {
+    root["content"] = content_json(coarse);
+    root["children"] = {
+        {{"boundingVolume", root["boundingVolume"]}, {"geometricError", 0}, {"content", content_json(chunks.front())}}};
+  } else {
+    if (!coarse.uri.empty()) root["content"] = content_json(coarse);
+    for (const TileContent& chunk : chunks) root["children"].push_back(chunk_tile(chunk));
+  }
   json document = {{"asset", {{"version", "1.1"}, {"extras", {{"generator", "lumatlas"}}}}},
-                   {"geometricError", std::max(coarse.geometric_error, glm::length(box.max - box.min))},
+                   {"geometricError", error},
                    {"root", std::move(root)}};
   set_lumigraph(document, std::move(properties));
   return document;

@@ -51,8 +51,17 @@ nlohmann::json add_surface(GltfBuilder& gltf, const Snapshot& snapshot, const Wr
 // Adds a mesh of vertex colours, and returns its number.
 int add_coarse_surface(GltfBuilder& gltf, const CoarseSurface& coarse, std::optional<double> packed);
 
+// Returns the cell size as a file has it: no more than the diagonal of the box of the near mesh.
+[[nodiscard]] double written_cell_size(const Surface& surface);
+
+// Adds the numbers as an accessor, and returns its number.
+int add_whole_numbers(GltfBuilder& gltf, const std::vector<std::uint32_t>& numbers);
+
 // Adds the scene, whose root shows mesh 0, turned so.
 void add_scene(nlohmann::json& document, const glm::dmat3& file_from_scene);
+
+// Adds the scene, whose root is turned so. A node below it shows mesh 0, whose positions are less `origin`.
+void add_moved_scene(nlohmann::json& document, const glm::dmat3& file_from_scene, const glm::dvec3& origin);
 
 // Lists the extension with these properties in a document.
 void set_lumigraph(nlohmann::json& document, nlohmann::json properties);
@@ -62,10 +71,15 @@ struct TileContent {
   std::string uri;
   std::uint64_t bytes = 0;
   double geometric_error = 0;  // of 3D Tiles, scene units
+  nlohmann::json volume;       // of a chunk: tile_volume()
 };
 
-// The tileset of a surface, and before it a coarse one, if its URI is not empty.
-[[nodiscard]] nlohmann::json tileset_json(const Snapshot& snapshot, const TileContent& surface,
+// Returns where the mesh lies whose positions are less `origin`: the bounding volume of 3D Tiles as "boundingVolume",
+// and its box in the model's frame as "box": the least x, y and z, then the largest.
+[[nodiscard]] nlohmann::json tile_volume(const Mesh& mesh, const glm::dvec3& origin, const glm::dmat3& file_from_scene);
+
+// The tileset of a surface in chunks, at least one, and before them a coarse one, if its URI is not empty.
+[[nodiscard]] nlohmann::json tileset_json(const Snapshot& snapshot, const std::vector<TileContent>& chunks,
                                           const TileContent& coarse, nlohmann::json properties);
 
 }  // namespace lumatlas

@@ -12,6 +12,7 @@
 #include "atlas/model/gltf/gltf_cameras.h"
 #include "atlas/model/model_document.h"
 #include "atlas/model/model_parts.h"
+#include "atlas/model/surface_chunks.h"
 
 namespace lumatlas {
 
@@ -46,26 +47,95 @@ std::string glb_text(GltfBuilder& gltf) {
 TileContent put_glb(GltfBuilder& gltf, const std::string& stem, FormPart part, const PutFormFile& put) {
   const std::string text = glb_text(gltf);
   const std::span bytes(reinterpret_cast<const std::uint8_t*>(text.data()), text.size());
-  return {put({stem, ".glb", "model/gltf-binary", part, bytes}), text.size(), 0};
+  return {put({stem, ".glb", "model/gltf-binary", part, bytes}), text.size(), 0, {}};
 }
 
-TileContent put_surface(const ModelParts& model, const FormOptions& options, const PutFormFile& put) {
-  GltfBuilder gltf(options.packed);
-  SurfaceForm form;
-  form.packed = options.packed;
-  if (options.texture) {
-    const ImageCoding& coding = options.texture->coding;
-    const std::vector<std::uint8_t> file = encode_image(options.texture->image, coding);
-    const auto [stem, ending] = texture_name(coding);
-    form.texture = gltf.add_image_file(put({stem, ending, mime_type(coding.format), FormPart::texture, file}));
+// Returns ascending numbers as pairs: the first of a run, and how many follow each other.
+std::vector<std::uint32_t> runs_of(const std::vector<std::uint32_t>& numbers) {
+  std::vector<std::uint32_t> runs;
+  for (const std::uint32_t number : numbers) {
+    const bool follows = !runs.empty() && number == runs[runs.size() - 2] + runs.back();
+    if (follows) {
+      ++runs.back();
+    } else {
+      runs.insert(runs.end(), {number, 1});
+    }
   }
-  const WrittenSurface written =
-      written_surface(*model.snapshot.surface, options.shares, options.texture, packed_step(model.snapshot, options));
-  json properties = add_surface(gltf, model.snapshot, written, view_tables(model.snapshot), form);
-  add_scene(gltf.document(), gltf_from_scene(model.snapshot));
-  set_lumigraph(gltf.document(), std::move(properties));
-  return put_glb(gltf, "surface", FormPart::surface, put);
+  return runs;
 }
+
+// Writes the chunks of a surface.
+class SurfaceWriter {
+ public:
+  SurfaceWriter(const ModelParts& model, const FormOptions& options, const PutFormFile& put)
+      : snapshot_(model.snapshot),
+        options_(options),
+        put_(put),
+        step_(packed_step(model.snapshot, options)),
+        cell_size_(written_cell_size(*model.snapshot.surface)),
+        maker_(model.snapshot, options.shares, options.texture ? &options.texture->faces : nullptr, options.chunk_faces,
+               step_) {}
+
+  std::vector<TileContent> write() {
+    if (options_.texture) put_texture(*options_.texture);
+    std::vector<TileContent> contents;
+    for (std::size_t number = 0; number < maker_.count(); ++number) contents.push_back(put_chunk(number));
+    return contents;
+  }
+
+ private:
+  void put_texture(const BaseTexture& texture) {
+    const std::vector<std::uint8_t> file = encode_image(texture.image, texture.coding);
+    const auto [stem, ending] = texture_name(texture.coding);
+    texture_ = put_({stem, ending, mime_type(texture.coding.format), FormPart::texture, file});
+  }
+
+  [[nodiscard]] TileContent put_chunk(std::size_t number) const {
+    const SurfaceChunk chunk = maker_.chunk(number);
+    const Surface& surface = *chunk.snapshot.surface;
+    GltfBuilder gltf(options_.packed);
+    SurfaceForm form;
+    form.packed = options_.packed;
+    if (options_.texture) form.texture = gltf.add_image_file(texture_);
+    const WrittenSurface written = written_surface(surface, chunk.shares ? &*chunk.shares : nullptr,
+                                                   chunk.places ? &*chunk.places : nullptr, step_);
+    ViewTables tables = view_tables(chunk.snapshot);
+    if (number > 0) tables.resident.clear();  // those of the whole model are in the first
+    json properties = add_surface(gltf, chunk.snapshot, written, tables, form);
+    properties["cellSize"] = cell_size_;
+    const glm::dmat3 upright = gltf_from_scene(snapshot_);
+    if (maker_.count() > 1) {
+      add_place(gltf, chunk, properties);
+      add_moved_scene(gltf.document(), upright, chunk.origin);
+    } else {
+      add_scene(gltf.document(), upright);
+    }
+    set_lumigraph(gltf.document(), std::move(properties));
+    TileContent content = put_glb(gltf, "surface", FormPart::surface, put_);
+    content.volume = tile_volume(near_surface(surface).mesh, chunk.origin, upright);
+    return content;
+  }
+
+  // Adds where the chunk's positions and numbers are in the model. Without numbers its cells, vertices and faces follow
+  // those of the chunk before.
+  void add_place(GltfBuilder& gltf, const SurfaceChunk& chunk, json& properties) const {
+    const glm::dvec3& origin = chunk.origin;
+    properties["origin"] = {origin.x, origin.y, origin.z};
+    if (chunk.guest_cells > 0) properties["guestCells"] = chunk.guest_cells;
+    if (options_.packed) return;
+    properties["cellRuns"] = add_whole_numbers(gltf, runs_of(chunk.cells));
+    properties["vertexRuns"] = add_whole_numbers(gltf, runs_of(chunk.vertices));
+    properties["faceRuns"] = add_whole_numbers(gltf, runs_of(chunk.faces));
+  }
+
+  const Snapshot& snapshot_;
+  const FormOptions& options_;
+  const PutFormFile& put_;
+  std::optional<double> step_;  // of packed positions
+  double cell_size_;
+  std::string texture_;  // its name
+  ChunkMaker maker_;
+};
 
 TileContent put_coarse(const ModelParts& model, const FormOptions& options, const PutFormFile& put) {
   const CoarseSurface coarse = coarse_surface_of(model.snapshot);
@@ -99,10 +169,10 @@ std::string write_form(const Snapshot& snapshot, const ValidityOptions& validity
   json properties = model.properties;
   json images = put_images(model, put, tick);
   if (!images.empty()) properties["images"] = std::move(images);
-  const TileContent surface = put_surface(model, options, put);
+  const std::vector<TileContent> chunks = SurfaceWriter(model, options, put).write();
   const TileContent coarse = put_coarse(model, options, put);
   if (tick) tick();
-  return tileset_json(model.snapshot, surface, coarse, std::move(properties)).dump(options.packed ? -1 : 1) + "\n";
+  return tileset_json(model.snapshot, chunks, coarse, std::move(properties)).dump(options.packed ? -1 : 1) + "\n";
 }
 
 }  // namespace lumatlas

@@ -39,6 +39,9 @@ struct FormOptions {
   // resolve, and what a page does not use is left out: lens and trust masks, the cells' coverage, and which vertices
   // are copies.
   bool packed = false;
+  // A surface of more faces is written in chunks of at most so many, except cells that have more; at least 1. A model
+  // in one file has one chunk.
+  std::size_t chunk_faces = 100'000;
 };
 
 // Passes all files of the model to `put` but the tileset, whose text it returns. `tick` is called once for each view

@@ -55,6 +55,7 @@ Snapshot checked(const Snapshot& snapshot) {
 ModelParts model_parts(const Snapshot& given, const ValidityOptions& validity, const FormOptions& options) {
   check(validity);
   check(options.photographs);
+  if (options.chunk_faces < 1) throw std::invalid_argument("form: chunk_faces is 0, must be at least 1");
   ModelParts parts{checked(given), {}, {}};
   const Snapshot& snapshot = parts.snapshot;
   const Surface& surface = *snapshot.surface;

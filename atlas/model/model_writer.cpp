@@ -204,8 +204,8 @@ void add_images(GltfBuilder& gltf, const ModelParts& model) {
 nlohmann::json add_surfaces(GltfBuilder& gltf, const ModelParts& model, const FormOptions& options) {
   SurfaceForm form;
   if (options.texture) form.texture = static_cast<int>(model.images.size());
-  const WrittenSurface written =
-      written_surface(*model.snapshot.surface, options.shares, options.texture, std::nullopt);
+  const WrittenSurface written = written_surface(*model.snapshot.surface, options.shares,
+                                                 options.texture ? &options.texture->faces : nullptr, std::nullopt);
   nlohmann::json properties = add_surface(gltf, model.snapshot, written, view_tables(model.snapshot), form);
   const CoarseSurface coarse = coarse_surface_of(model.snapshot);
   if (!coarse.mesh.faces.empty()) properties["coarse"] = add_coarse_surface(gltf, coarse, std::nullopt);

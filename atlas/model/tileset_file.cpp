@@ -2,6 +2,7 @@
 #include "atlas/model/tileset_file.h"
 
 #include <nlohmann/json.hpp>
+#include <set>
 
 #include "atlas/model/gltf/json_nesting.h"
 #include "atlas/model/model_extension.h"
@@ -36,31 +37,50 @@ const FieldReader::Object& TilesetFile::lumigraph() const {
   refuse(std::string("has no extension ") + kLumigraphExtension + ": it is a surface without photographs");
 }
 
-std::vector<const FieldReader::Object*> TilesetFile::tiles() const {
-  std::vector<const Object*> tiles{&field(document_, "it", "root")};
-  while (tiles.back()->IsObject() && tiles.back()->Has("children")) {
-    const Object& children = tiles.back()->Get("children");
-    if (!children.IsArray()) refuse("\"children\" is not an array");
-    if (children.ArrayLen() == 0) break;
-    if (children.ArrayLen() > 1) {
-      refuse("has a tile with " + std::to_string(children.ArrayLen()) + " children, this program reads one");
-    }
-    tiles.push_back(&children.Get(0));
+const FieldReader::Object& TilesetFile::root() const {
+  return field(document_, "it", "root");
+}
+
+std::vector<const FieldReader::Object*> TilesetFile::chunks() const {
+  const auto children_of = [&](const Object& tile) {
+    std::vector<const Object*> children;
+    if (!tile.IsObject() || !tile.Has("children")) return children;
+    const Object& list = tile.Get("children");
+    if (!list.IsArray()) refuse("\"children\" is not an array");
+    for (std::size_t i = 0; i < list.ArrayLen(); ++i) children.push_back(&list.Get(static_cast<int>(i)));
+    return children;
+  };
+  std::vector<const Object*> chunks = children_of(root());
+  if (chunks.empty()) return {&root()};
+  for (const Object* chunk : chunks) {
+    if (!children_of(*chunk).empty()) refuse("has tiles of three levels, this program reads two");
   }
-  return tiles;
+  return chunks;
+}
+
+bool TilesetFile::has_coarse() const {
+  return chunks().front() != &root() && root().Has("content");
 }
 
 std::string TilesetFile::content_uri(const Object& tile) const {
   return text(field(tile, "a tile", "content"), "\"content\"", "uri");
 }
 
-std::filesystem::path TilesetFile::surface() const {
-  return file_beside(content_uri(*tiles().back()), "its surface");
+std::vector<std::filesystem::path> TilesetFile::surfaces() const {
+  std::vector<std::filesystem::path> files;
+  std::set<std::filesystem::path> known;
+  for (const Object* chunk : chunks()) {
+    files.push_back(file_beside(content_uri(*chunk), "its surface"));
+    if (!known.insert(files.back().lexically_normal()).second) {
+      refuse("two tiles have the surface " + files.back().filename().string() + ", each must have its own");
+    }
+  }
+  return files;
 }
 
 std::optional<std::filesystem::path> TilesetFile::coarse() const {
-  if (tiles().size() < 2) return std::nullopt;
-  return file_beside(content_uri(*tiles().front()), "its coarse surface");
+  if (!has_coarse()) return std::nullopt;
+  return file_beside(content_uri(root()), "its coarse surface");
 }
 
 GltfImage TilesetFile::image(std::uint32_t index) const {
@@ -73,7 +93,8 @@ GltfImage TilesetFile::image(std::uint32_t index) const {
 
 std::vector<std::string> TilesetFile::uris() const {
   std::vector<std::string> uris;
-  for (const Object* tile : tiles()) uris.push_back(content_uri(*tile));
+  if (has_coarse()) uris.push_back(content_uri(root()));
+  for (const Object* chunk : chunks()) uris.push_back(content_uri(*chunk));
   if (!lumigraph().Has("images")) return uris;
   const Object& images = lumigraph().Get("images");
   if (!images.IsArray()) refuse("\"images\" is not an array");

@@ -17,16 +17,19 @@ class TilesetFile : public FieldReader {
  public:
   explicit TilesetFile(std::filesystem::path file);
 
-  [[nodiscard]] const Object& lumigraph() const;                      // refuses if there is none
-  [[nodiscard]] std::filesystem::path surface() const;                // the content of the only tile without children
-  [[nodiscard]] std::optional<std::filesystem::path> coarse() const;  // of the root, if it is another one
+  [[nodiscard]] const Object& lumigraph() const;  // refuses if there is none
+  // Returns the contents of the tiles without children, which are the root or its children; refuses two of one file.
+  [[nodiscard]] std::vector<std::filesystem::path> surfaces() const;
+  [[nodiscard]] std::optional<std::filesystem::path> coarse() const;  // the content of a root with children, if any
   [[nodiscard]] std::vector<std::string> uris() const;  // of all tiles and images, as file_beside() takes them
   [[nodiscard]] GltfImage image(std::uint32_t index) const;
   [[nodiscard]] const std::string& json() const { return json_; }
 
  private:
-  // Returns the tiles from the root to the surface's.
-  [[nodiscard]] std::vector<const Object*> tiles() const;
+  [[nodiscard]] const Object& root() const;
+  // Returns the tiles without children.
+  [[nodiscard]] std::vector<const Object*> chunks() const;
+  [[nodiscard]] bool has_coarse() const;
   [[nodiscard]] std::string content_uri(const Object& tile) const;
 
   std::string json_;

@@ -106,21 +106,6 @@ std::vector<std::uint32_t> by_first_corner(std::vector<std::uint32_t>& corners, 
   return order;
 }
 
-void snap(std::vector<glm::vec3>& positions, double step) {
-  float longest = 0;
-  for (const glm::vec3& p : positions) longest = std::max({longest, std::abs(p.x), std::abs(p.y), std::abs(p.z)});
-  constexpr int kBits = 23;
-  int exponent = step > 0 ? static_cast<int>(std::floor(std::log2(step))) : -kBits;
-  if (longest > 0) exponent = std::max(exponent, static_cast<int>(std::floor(std::log2(longest))) + 2 - kBits);
-  exponent = std::max(exponent, -126);
-  for (glm::vec3& p : positions) {
-    for (int axis = 0; axis < 3; ++axis) {
-      p[axis] =
-          static_cast<float>(std::ldexp(std::round(std::ldexp(static_cast<double>(p[axis]), -exponent)), exponent));
-    }
-  }
-}
-
 // For each level of sRGB, of the 16-bit values that become this level again the one that ends in most zeros.
 const std::array<std::uint16_t, 256>& short_linear() {
   static const std::array<std::uint16_t, 256> table = [] {
@@ -148,7 +133,7 @@ struct GivenMesh {
   std::size_t first_face = 0;    // number of its first face in the surface
 };
 
-WrittenMesh written_mesh(const GivenMesh& given, DrawZones* zones, const BaseTexture* texture) {
+WrittenMesh written_mesh(const GivenMesh& given, DrawZones* zones, const TexturePlaces* texture_places) {
   const Mesh& mesh = given.mesh;
   Splitter splitter(mesh.faces, mesh.positions.size());
   const auto cell_of = [&](std::size_t face) { return CellId(given.first_cell + given.cell_of_face[face]); };
@@ -165,9 +150,9 @@ WrittenMesh written_mesh(const GivenMesh& given, DrawZones* zones, const BaseTex
         splitter.split([&](std::size_t face, int) { return zones->of(given.first_face + face, cell_of(face)); });
     follow();
   }
-  if (texture) {
+  if (texture_places) {
     places = splitter.split([&](std::size_t face, int corner) {
-      return packed_place(texture->faces[face][static_cast<std::size_t>(corner)]);
+      return packed_place((*texture_places)[face][static_cast<std::size_t>(corner)]);
     });
     follow();
     if (zones) splitter.follow(zone_of_vertex);
@@ -197,7 +182,7 @@ WrittenMesh packed_mesh(WrittenMesh mesh, const DrawZones* zones, double step) {
   for (std::size_t i = 0; i < mesh.faces.size(); ++i) {
     mesh.faces[i] = {corners[3 * i], corners[3 * i + 1], corners[3 * i + 2]};
   }
-  snap(mesh.positions, step);
+  snap_to_grid(mesh.positions, step);
   return mesh;
 }
 
@@ -230,21 +215,36 @@ std::vector<std::uint32_t> DrawZones::cells() const {
   return cells;
 }
 
-WrittenSurface written_surface(const Surface& surface, const CellShares* shares, const BaseTexture* texture,
+void snap_to_grid(std::vector<glm::vec3>& positions, double step) {
+  float longest = 0;
+  for (const glm::vec3& p : positions) longest = std::max({longest, std::abs(p.x), std::abs(p.y), std::abs(p.z)});
+  constexpr int kBits = 23;
+  int exponent = step > 0 ? static_cast<int>(std::floor(std::log2(step))) : -kBits;
+  if (longest > 0) exponent = std::max(exponent, static_cast<int>(std::floor(std::log2(longest))) + 2 - kBits);
+  exponent = std::max(exponent, -126);
+  for (glm::vec3& p : positions) {
+    for (int axis = 0; axis < 3; ++axis) {
+      p[axis] =
+          static_cast<float>(std::ldexp(std::round(std::ldexp(static_cast<double>(p[axis]), -exponent)), exponent));
+    }
+  }
+}
+
+WrittenSurface written_surface(const Surface& surface, const CellShares* shares, const TexturePlaces* places,
                                std::optional<double> packed) {
   std::optional<DrawZones> all;
   if (shares) all.emplace(*shares);
   DrawZones* zones = all ? &*all : nullptr;
   WrittenSurface written;
   const Surface near = near_surface(surface);
-  written.near = written_mesh({near.mesh, near.cells.cell_of_face}, zones, texture);
+  written.near = written_mesh({near.mesh, near.cells.cell_of_face}, zones, places);
   if (surface.far_faces > 0) {
     const FarSphere far = far_sphere_of(surface);
     written.far = written_mesh(
         {far.mesh, far.cells.cell_of_face, static_cast<std::uint32_t>(surface.near_cells()), surface.near_faces()},
         zones, nullptr);
   }
-  if (zones && zones->count() > kMostZones) return written_surface(surface, nullptr, texture, packed);
+  if (zones && zones->count() > kMostZones) return written_surface(surface, nullptr, places, packed);
   if (packed) written.near = packed_mesh(std::move(written.near), zones, *packed);
   if (packed && surface.far_faces > 0) written.far = packed_mesh(std::move(written.far), zones, *packed);
   if (zones) written.zone_cells = zones->cells();

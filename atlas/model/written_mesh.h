@@ -59,12 +59,15 @@ struct WrittenSurface {
   std::vector<std::uint32_t> zone_cells;  // DrawZones::cells()
 };
 
-// `shares` and `texture`, which is of the near faces, may be null. Without shares there are no zones; nor for more than
+// `shares` and `places`, which are of the near faces, may be null. Without shares there are no zones; nor for more than
 // kMostZones. `packed`: the same surface in few bytes once it is compressed: faces and vertices in an order in which
 // neighbours follow each other, and positions on a grid of 24 bits that is at most so wide, scene units, unless the
 // mesh is too large for it.
 [[nodiscard]] WrittenSurface written_surface(const Surface& surface, const CellShares* shares,
-                                             const BaseTexture* texture, std::optional<double> packed);
+                                             const TexturePlaces* places, std::optional<double> packed);
+
+// Puts positions on a grid that is at most `step` wide, scene units, unless they are too large for 24 bits of it.
+void snap_to_grid(std::vector<glm::vec3>& positions, double step);
 
 inline constexpr std::size_t kMostZones = 1u << 24;  // whole numbers up to this are exact in a float
 

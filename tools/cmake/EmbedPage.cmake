@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 # Run as a script: writes OUTPUT, a C++ source that holds HTML and STYLE as string constants, and one script made of
 # SCRIPTS (a comma-separated list of paths): ES modules that only import each other, joined in this order. Their lines
-# `import ... from './other.js';` are left out, the word `export` of all but the last, and comments of types, `/** */`.
+# `import ... from './other.js';` are left out, the word `export` of all but the last, comments of types, `/** */`, and
+# lines of comments but the first of each module, which names its licence.
 string(REPLACE "," ";" SCRIPTS "${SCRIPTS}")
 list(GET SCRIPTS -1 entry)
 
@@ -10,6 +11,7 @@ foreach(path ${SCRIPTS})
   file(READ ${path} text)
   string(REGEX REPLACE "(^|\n)import [^\n]* from '[^']*';" "" text "${text}")
   string(REGEX REPLACE "\n *[/][*][*]([^*]|[*]+[^*/])*[*]+[/]" "" text "${text}")
+  string(REGEX REPLACE "\n *//[^\n]*" "" text "${text}")
   if(NOT path STREQUAL entry)
     string(REGEX REPLACE "\nexport " "\n" text "${text}")
   endif()

@@ -213,6 +213,7 @@ class SiteWriter {
     form.photographs = options_.photographs;
     form.shares = &shares;
     form.packed = true;
+    form.chunk_faces = options_.chunk_faces;
     const std::string tileset = write_form(
         snapshot_, options_.validity, form, [this](const FormFile& file) { return take(file); }, tick_);
     facts_.scene_bytes += tileset.size();

@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "atlas/images/scaled_view.h"
+#include "atlas/model/model_form.h"
 #include "atlas/snapshot.h"
 #include "atlas/views/validity.h"
 #include "mesh/tick.h"
@@ -26,8 +27,9 @@ inline constexpr const char* kSiteGenerator = "lumatlas export --to web";
 struct SiteOptions {
   std::string title = "lumatlas";
   ImageCoding photographs{ImageFormat::jpeg, 90};
-  ValidityOptions validity;                  // that the views' masks were made with
-  std::uint32_t most_side_px = kMostSidePx;  // photographs with a longer side are scaled, all alike
+  ValidityOptions validity;                             // that the views' masks were made with
+  std::uint32_t most_side_px = kMostSidePx;             // photographs with a longer side are scaled, all alike
+  std::size_t chunk_faces = FormOptions{}.chunk_faces;  // most faces of a chunk of the surface
 };
 
 // The model that a page shows.

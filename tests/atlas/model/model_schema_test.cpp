@@ -113,6 +113,23 @@ json written_extension(const Snapshot& snapshot, bool textured = false) {
   return lumigraph_of(folder.path());
 }
 
+// Returns the properties of a model's chunks, of each the last that has it. All cells fade with the first one.
+json written_chunk(const Snapshot& snapshot) {
+  const TemporaryFolder folder;
+  CellShares shares = own_shares(*snapshot.surface);
+  for (CellShares::Zone& zone : shares.zones) {
+    if (zone[0] != 0) zone = {CellId{0}, zone[0], CellId::none, CellId::none};
+  }
+  write_model(folder.path(), snapshot, {}, {.shares = &shares, .chunk_faces = 1});
+  json properties = json::object();
+  const json tileset = json::parse(bytes_of(folder / "tileset.json"));
+  for (const json& tile : tileset.at("root").at("children")) {
+    const json gltf = glb_json(folder.path() / tile.at("content").at("uri").get<std::string>());
+    properties.update(gltf.at("extensions").at("LUMATLAS_lumigraph"));
+  }
+  return properties;
+}
+
 TEST_CASE("what is written passes the schema") {
   const json rules = schema();
   Checker checker(rules);
@@ -121,6 +138,7 @@ TEST_CASE("what is written passes the schema") {
   CHECK(checker.errors(written_extension(small_snapshot(), true)).empty());
   CHECK(checker.errors(written_extension(Atlas(wall_and_panel(), 2).snapshot())).empty());
   CHECK(checker.errors(written_extension(far_snapshot())).empty());
+  CHECK(checker.errors(written_chunk(far_snapshot())).empty());
 }
 
 // Names of properties of an object and of the objects in it.
@@ -142,6 +160,7 @@ TEST_CASE("every property of the schema is written, except glTF's own") {
   snapshot.cell_deviation.assign(snapshot.cell_seen.size(), 0.5f);
   names_in(written_extension(snapshot, true), written);
   names_in(written_extension(far_snapshot()), written);
+  names_in(written_chunk(small_snapshot()), written);
   const json rules = schema();
   for (const json& object : {rules, rules["$defs"]["view"], rules["properties"]["tiles"],
                              rules["properties"]["validity"], rules["properties"]["far"], rules["$defs"]["image"]}) {
@@ -162,6 +181,11 @@ TEST_CASE("the schema refuses what the reader refuses") {
   const std::vector<std::pair<const char*, json>> wrong{
       {"/version", 3},
       {"/vertexCopies", -1},
+      {"/origin", {1, 2}},
+      {"/guestCells", 0},
+      {"/cellRuns", -1},
+      {"/vertexRuns", -1},
+      {"/faceRuns", -1},
       {"/offset", {1, 2}},
       {"/offset/2", 1e39},
       {"/cellSize", -1},

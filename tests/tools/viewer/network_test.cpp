@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The page where the network is bad: it shows in the end what it shows where the network is good; what is never to be
 // had it replaces, and tells so in one line.
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <chrono>
+#include <cmath>
+#include <glm/vec3.hpp>
 #include <map>
 #include <mutex>
 #include <nlohmann/json.hpp>
@@ -119,6 +122,99 @@ TEST_CASE("what is never to be had is replaced by the next best, and told") {
         "The fine mesh is missing: " + fine.substr(5) + " cannot be loaded: the server says 503" + end);
   CHECK(std::stod(said.at("fine-psnr")) > 45);  // of averaged colours
   CHECK(said.at("fine-later") == "4 of 4 pictures alike, missing: ");
+}
+
+// The site of the same model in `kManyChunks` or more.
+constexpr std::size_t kManyChunks = 10;
+std::vector<SiteFile> site_in_chunks() {
+  for (std::size_t faces = 1000;; faces = faces * 3 / 4) {
+    std::vector<SiteFile> files = site_files(site_model(), faces);
+    const auto is_surface = [](const SiteFile& file) { return file.name.starts_with("surface-"); };
+    if (static_cast<std::size_t>(std::count_if(files.begin(), files.end(), is_surface)) >= kManyChunks) return files;
+  }
+}
+
+// How far a box is from a point, and then its middle.
+std::pair<double, double> distance_to_box(const json& box, const glm::dvec3& point) {
+  double outside = 0, middle = 0;
+  for (int axis = 0; axis < 3; ++axis) {
+    const auto number = static_cast<std::size_t>(axis);
+    const auto least = box[number].get<double>(), most = box[number + 3].get<double>();
+    const double beyond = std::max({least - point[axis], point[axis] - most, 0.0});
+    outside += beyond * beyond;
+    middle += (0.5 * (least + most) - point[axis]) * (0.5 * (least + most) - point[axis]);
+  }
+  return {outside, middle};
+}
+
+// The chunks of a tileset in the order in which a visitor needs them, who begins at the first view.
+std::vector<std::string> chunks_by_distance(const json& tileset) {
+  const json& properties = tileset["extensions"]["LUMATLAS_lumigraph"];
+  const json& view = properties["views"][properties["firstView"].get<std::size_t>()];
+  glm::dvec3 center(0);
+  for (std::size_t row = 0; row < 3; ++row) {
+    for (int column = 0; column < 3; ++column) {
+      center[column] -= view["rotation"][3 * row + static_cast<std::size_t>(column)].get<double>() *
+                        view["translation"][row].get<double>();
+    }
+  }
+  std::vector<std::pair<std::pair<double, double>, std::string>> chunks;
+  for (const json& tile : tileset["root"]["children"]) {
+    const json& content = tile["content"];
+    chunks.emplace_back(distance_to_box(content["extras"]["box"], center), content["uri"]);
+  }
+  std::sort(chunks.begin(), chunks.end());
+  std::vector<std::string> names;
+  for (const auto& [distance, name] : chunks) names.push_back(name);
+  return names;
+}
+
+TEST_CASE("chunks come nearest first, show the picture of one chunk, and the coarse surface where one is missing") {
+  std::vector<SiteFile> files = sites_and_test("network_test.html", {});
+  const std::vector<SiteFile> in_chunks = site_in_chunks();
+  for (const SiteFile& file : in_chunks) {
+    files.push_back(in_folder("chunks", file));
+    files.push_back(in_folder("hole", file));
+  }
+  const json good = parsed(file_named(files, "good/tileset.json"));
+  SiteFile coarse = file_named(files, "good/" + good["root"]["content"]["uri"].get<std::string>());
+  coarse.name = "hole/coarse.glb";
+  files.push_back(coarse);
+  SiteFile& manifest = file_named(files, "hole/tileset.json");
+  json tileset = parsed(manifest);
+  tileset["root"]["content"]["uri"] = "coarse.glb";
+  store(manifest, tileset);
+  const std::vector<std::string> expected = chunks_by_distance(tileset);
+  REQUIRE(expected.size() >= kManyChunks);
+  // The first chunk has the tables of tiles.
+  const std::string first = tileset["root"]["children"][0]["content"]["uri"];
+  const std::string lost = "hole/" + expected[expected[0] == first ? 1 : 0];
+  std::mutex mutex;
+  std::vector<std::string> order;
+  int asked = 0;
+  const Network network = [&](const std::string& name) -> Trouble {
+    const std::lock_guard lock(mutex);
+    if (name.starts_with("chunks/surface-")) order.push_back(name.substr(7));
+    return {name == lost && ++asked <= 2 ? Kind::refused : Kind::none, {}};
+  };
+  const Said said = said_in_browser(files, "/test.html#chunks", 640, 480, network);
+  if (said.empty()) return;
+  CHECK(problem_of(said) == "");
+  REQUIRE(said.contains("hole-later-psnr"));
+  REQUIRE(order.size() == expected.size());
+  for (std::size_t i = 0; i < order.size(); ++i) {  // two are on their way at a time
+    const auto place = std::find(expected.begin(), expected.end(), order[i]) - expected.begin();
+    CHECK(std::abs(place - static_cast<std::ptrdiff_t>(i)) <= 1);
+  }
+  CHECK(said.at("chunks-line") == "");
+  CHECK(std::stod(said.at("chunks-psnr")) > 60);
+  CHECK(said.at("hole-line") == "A part of the fine mesh is missing: " + lost.substr(5) +
+                                    " cannot be loaded: the server says 503. What is there is shown, and the page "
+                                    "tries again.");
+  CHECK(std::stod(said.at("hole-psnr")) > 45);
+  CHECK(said.at("hole-photographs") == "12");
+  CHECK(said.at("hole-later") == " true");
+  CHECK(std::stod(said.at("hole-later-psnr")) > 60);
 }
 
 TEST_CASE("a manifest says how many bytes the files have") {

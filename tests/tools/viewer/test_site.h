@@ -31,7 +31,8 @@ inline constexpr std::size_t kNewPoses = 10;     // poses between and beyond the
 [[nodiscard]] std::vector<SiteFile> test_page_files(const std::string& html);
 
 // The site of a model, with photographs as PNG, so that pictures can be compared without JPEG's noise.
-[[nodiscard]] std::vector<SiteFile> site_files(const Snapshot& model = site_model());
+[[nodiscard]] std::vector<SiteFile> site_files(const Snapshot& model = site_model(),
+                                               std::size_t chunk_faces = SiteOptions{}.chunk_faces);
 
 [[nodiscard]] SiteFile in_folder(const std::string& folder, SiteFile file);
 

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Types of what the page's modules hand to each other. Only the type checker reads this file; it is no part of a site.
 
+import type {Chunks} from './reading/chunks.js';
+
 export type Vector = number[];    // x, y, z
 export type Rotation = number[];  // nine numbers, row by row: camera from world coordinates
 export type Size = [width: number, height: number];
@@ -89,6 +91,8 @@ export interface SurfaceProperties {
   vertexCopies?: number;
   far?: {mesh: number, cells: number};
   coarse?: number;
+  origin?: Vector;
+  guestCells?: number;
 }
 
 export interface ViewProperties {
@@ -121,7 +125,7 @@ export interface ModelProperties {
 
 export interface Tile {
   boundingVolume: {box: number[]};
-  content: {uri: string, extras?: {byteLength: number}};
+  content?: {uri: string, extras?: {byteLength: number, box?: number[]}};
   children?: Tile[];
 }
 
@@ -146,6 +150,20 @@ export interface MeshFile {
   colors: string;
   tables: string;
   source: MeshSource;
+  chunks: Chunks | null;  // of a surface in several files
+}
+
+// A file with a chunk.
+export interface ChunkSource extends MeshSource {
+  uri: string;
+  zoneCount(): Promise<number>;
+}
+
+// What was read of a chunk.
+export interface Chunk {
+  mesh: Mesh;
+  zones: number;
+  tables: Tables | null;
 }
 
 // blend/blend_options.h
@@ -206,6 +224,7 @@ export interface Mesh {
   zones: Uint32Array<ArrayBuffer>;
   corners: Uint32Array<ArrayBuffer>;
   counts: number[];
+  behind: number;  // how many of the corners, the last, are drawn a little behind the others
 }
 
 export interface Tables {

@@ -15,6 +15,7 @@ import {PictureSizes} from './drawing/picture_sizes.js';
 import {Renderer, partsOf} from './drawing/renderer.js';
 import {Residents} from './drawing/residents.js';
 import {SiteFiles} from './reading/site_files.js';
+/** @import {Chunks} from './reading/chunks.js' */
 /** @import {LossPart} from './reading/losses.js' */
 /** @import {PictureTarget} from './drawing/gl_objects.js' */
 /**
@@ -33,6 +34,8 @@ const ASK_AGAIN_MS = 1000;  // how often to ask for a new version of a model tha
 const BACK_AGAIN_MS = 50;   // how often to look whether the GPU is back
 const STILL_AFTER_MS = 250;
 const PRESENT_MS = 250;     // after which new parts of a still frame are shown
+const CHUNKS_AT_ONCE = 2;    // that are fetched at the same time
+const SHARE_OF_DRAWING = 3;  // time between two meshes, by the time that it takes to make one
 const PROGRAMS_MS = 100;    // after which programs may have been compiled
 const FIELD_OF_VIEW = 50;   // degrees
 
@@ -112,6 +115,8 @@ export class Viewer {
     this.hasMesh = false;
     /** @type {string | null} */
     this.meshFile = null;
+    /** @type {Mesh | null} */
+    this.coarse = null;  // the coarse mesh, as long as chunks are missing
     /** @type {Scene | null} */
     this.taken = null;  // the scene whose tables are there
     /** @type {Fence | null} */
@@ -258,8 +263,9 @@ export class Viewer {
   }
 
   async loadMissing() {
-    await this.loadMeshes();
-    if (this.meshFile === this.scene.mesh.file) await this.takeTables(this.scene);
+    const mesh = await this.loadMeshes();
+    const {chunks, file} = this.scene.mesh;
+    if (mesh || chunks?.hasTables() || this.meshFile === file) await this.takeTables(this.scene, mesh);
     if (this.renderer.photographs) await this.residents.provide(this.camera());
     if (this.losses.anyGone()) await this.takeNewest();
   }
@@ -280,11 +286,76 @@ export class Viewer {
     }
   }
 
+  // Returns a mesh that is to be drawn with its tables at once, where photographs are drawn already; null: there is
+  // none.
+  /** @returns {Promise<Mesh | null>} */
   async loadMeshes() {
     const {scene} = this;
     if (scene.coarse && !this.hasMesh) await this.loadMesh('coarse', scene.coarse);
-    if (this.meshFile !== scene.mesh.file) await this.loadMesh('mesh', scene.mesh);
-    if (this.meshFile === scene.mesh.file) this.losses.clearPart('coarse');
+    const {chunks} = scene.mesh;
+    let mesh = null;
+    if (this.meshFile !== scene.mesh.file) {
+      if (chunks) {
+        mesh = await this.loadChunks(chunks);
+      } else {
+        await this.loadMesh('mesh', scene.mesh);
+      }
+    }
+    if (this.meshFile === scene.mesh.file) {
+      this.coarse = null;
+      this.losses.clearPart('coarse');
+    }
+    return mesh;
+  }
+
+  // Draws each chunk as it comes, those nearest to the camera first.
+  /** @param {Chunks} chunks @returns {Promise<Mesh | null>} */
+  async loadChunks(chunks) {
+    const {renderer} = this;
+    const before = chunks.missing().length;
+    /** @type {Set<number>} */
+    const asked = new Set();
+    /** @type {FetchFailure | null} */
+    let failure = null;
+    let drawn = {at: -Infinity, ms: 0, missing: before};
+    const draw = () => {
+      const start = performance.now();
+      this.takeMesh(chunks.joined(this.coarse), this.fileOf(chunks));
+      this.invalidate();
+      const now = performance.now();
+      drawn = {at: now, ms: now - start, missing: chunks.missing().length};
+    };
+    const loadNext = async () => {
+      for (;;) {
+        const number = chunks.next(this.navigation.pose.position, asked);
+        if (number < 0) return;
+        asked.add(number);
+        try {
+          await chunks.load(number);
+        } catch (error) {
+          if (!(error instanceof FetchFailure)) throw error;
+          failure = error;
+          if (!this.passesBy(error)) this.losses.notePart('chunk', error);
+        }
+        this.expect(renderer);
+        // The whole mesh goes to the GPU again, for which chunks that come faster wait.
+        const isTime = performance.now() - drawn.at > SHARE_OF_DRAWING * drawn.ms;
+        if (!this.taken && isTime && chunks.missing().length < drawn.missing) draw();
+      }
+    };
+    await Promise.all(Array.from({length: CHUNKS_AT_ONCE}, loadNext));
+    if (!failure) this.losses.clearPart('chunk');
+    if (chunks.missing().length === before && this.hasMesh && this.meshFile !== null) return null;
+    if (this.taken) return chunks.joined(this.coarse);
+    if (chunks.missing().length < drawn.missing || !this.hasMesh) draw();
+    return null;
+  }
+
+  // The name of the mesh that the chunks that are there make.
+  /** @param {Chunks} chunks */
+  fileOf(chunks) {
+    const missing = chunks.missing();
+    return this.scene.mesh.file + (missing.length > 0 ? ` without ${missing}` : '');
   }
 
   /** @param {LossPart} part @param {MeshFile} mesh */
@@ -293,6 +364,7 @@ export class Viewer {
     const loaded = await this.attempt(part, () => loadMesh(mesh));
     this.expect(renderer);
     if (!loaded) return;
+    if (part === 'coarse' && this.scene.mesh.chunks) this.coarse = loaded;
     this.takeMesh(loaded, mesh.file);
     this.invalidate();
   }
@@ -339,6 +411,8 @@ export class Viewer {
   /** @param {Scene} scene @param {Mesh | null} mesh @param {LossPart} part */
   async takeTables(scene, mesh = null, part = 'tables') {
     const {renderer, taken} = this;
+    const {chunks, file} = scene.mesh;
+    const name = chunks && scene === this.scene ? this.fileOf(chunks) : file;
     // A mesh brings its colours.
     const newTables = mesh || !taken || scene.mesh.tables !== taken.mesh.tables;
     const newColors = !mesh && taken && scene.mesh.colors !== taken.mesh.colors;
@@ -348,7 +422,7 @@ export class Viewer {
     this.expect(renderer);
     if (!loaded) return false;
     const [tables, colors] = loaded;
-    if (mesh) this.takeMesh(mesh, scene.mesh.file);
+    if (mesh) this.takeMesh(mesh, name);
     if (colors) renderer.setColors(colors);
     this.takeScene(scene, tables);
     return true;

@@ -17,6 +17,8 @@ import {Table, bindTexture, makeTexture} from './tables.js';
 const SAMPLED = 4;                  // in the stencil: pixels that are means over samples
 const NOTHING = 0xFFFFFFFF;
 const BLOCK_BYTES = 192;
+const NEAR_DEPTH_AT = 108;         // bytes into the block
+const BEHIND = 1 / 64;             // of its depth, by which a coarse surface is drawn behind a fine one
 const SURFACE_BYTES = 16 + 4;      // a pixel of the visible surface, with its depth
 const PICTURE_BYTES = 16 + 8 + 4;  // with depth, stencil, and the picture
 const STILL_BYTES = 4;
@@ -68,7 +70,11 @@ export class Renderer {
     gl.bindBuffer(gl.UNIFORM_BUFFER, this.block);
     gl.bufferData(gl.UNIFORM_BUFFER, BLOCK_BYTES, gl.DYNAMIC_DRAW);
     this.nothing = this.objects.vertexArray();
-    /** @type {{vertices: WebGLVertexArrayObject, colors: WebGLBuffer, counts: number[], bytes: number} | null} */
+    /**
+     * @type {{
+     *   vertices: WebGLVertexArrayObject, colors: WebGLBuffer, counts: number[], behind: number, bytes: number,
+     * } | null}
+     */
     this.mesh = null;
     /** @type {{zones: Table, cells: Table} | null} */
     this.tables = null;
@@ -113,7 +119,7 @@ export class Renderer {
     for (let attribute = 0; attribute < 4; ++attribute) gl.enableVertexAttribArray(attribute);
     buffer(gl.ELEMENT_ARRAY_BUFFER, mesh.corners);
     gl.bindVertexArray(this.nothing);
-    this.mesh = {vertices, colors, counts: mesh.counts, bytes};
+    this.mesh = {vertices, colors, counts: mesh.counts, behind: mesh.behind, bytes};
     this.boxes = boxesOfZones(mesh);
     this.references?.setBoxes(this.boxes);
   }
@@ -139,9 +145,15 @@ export class Renderer {
   // Returns whether the programs for pictures are compiled; starts compiling them.
   ready() {
     if (!this.mesh || !this.photographs || !this.tables) return false;
-    const {counts} = this.mesh;
-    const blends = CELLS_OF_SHADER.filter((_, i) => counts[i] > 0).map((cells) => this.programs.ready('blend', cells));
+    const drawn = CELLS_OF_SHADER.filter((_, i) => this.isDrawn(i));
+    const blends = drawn.map((cells) => this.programs.ready('blend', cells));
     return [...['surface', 'fade', 'glance'].map((pass) => this.programs.ready(pass)), ...blends].every(Boolean);
+  }
+
+  // Returns whether the mesh has faces that CELLS_OF_SHADER[i] cells share.
+  /** @param {number} i */
+  isDrawn(i) {
+    return Boolean(this.mesh && (this.mesh.counts[i] || (i === 0 && this.mesh.behind)));
   }
 
   readyForStills() {
@@ -201,6 +213,14 @@ export class Renderer {
     gl.bindBuffer(gl.UNIFORM_BUFFER, this.block);
     gl.bufferSubData(gl.UNIFORM_BUFFER, 0, block);
     gl.bindBufferBase(gl.UNIFORM_BUFFER, 0, this.block);
+  }
+
+  // Replaces the nearest depth, whose share of a face's depth is compared in the depth test.
+  /** @param {number} depth */
+  setNearDepth(depth) {
+    const {gl} = this;
+    gl.bindBuffer(gl.UNIFORM_BUFFER, this.block);
+    gl.bufferSubData(gl.UNIFORM_BUFFER, NEAR_DEPTH_AT, new Float32Array([depth]));
   }
 
   bindTables() {
@@ -308,6 +328,12 @@ export class Renderer {
       if (count > 0) gl.drawElements(gl.TRIANGLES, count, gl.UNSIGNED_INT, 4 * first);
       first += count;
     });
+    if (mesh.behind > 0) {
+      if (marks) gl.stencilFunc(gl.ALWAYS, 1, 0xFF);
+      this.setNearDepth(this.scene.near_depth * (1 - BEHIND));
+      gl.drawElements(gl.TRIANGLES, mesh.behind, gl.UNSIGNED_INT, 4 * first);
+      this.setNearDepth(this.scene.near_depth);
+    }
     gl.disable(gl.STENCIL_TEST);
     gl.disable(gl.DEPTH_TEST);
     gl.bindVertexArray(this.nothing);
@@ -331,7 +357,7 @@ export class Renderer {
     gl.enable(gl.STENCIL_TEST);
     gl.stencilMask(0);
     CELLS_OF_SHADER.forEach((cells, i) => {
-      if (!this.mesh?.counts[i]) return;
+      if (!this.isDrawn(i)) return;
       gl.stencilFunc(gl.EQUAL, i + 1, 0xFF);
       this.drawScreen('blend', cells, target.surface);
     });

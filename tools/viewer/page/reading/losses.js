@@ -6,6 +6,7 @@
 const PARTS = {
   scene: 'the model',
   mesh: 'the fine mesh',
+  chunk: 'a part of the fine mesh',
   coarse: 'the coarse mesh',
   tables: 'the table of photographs',
   colors: 'the newest colours',

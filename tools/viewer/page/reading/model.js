@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // A model as it lies beside the page: a tileset, or one .glb (atlas/README.md). What it says of itself is read at once,
 // its surface and tables when they are asked for.
+import {Chunks} from './chunks.js';
 import {Gltf} from './gltf.js';
 import {LUMIGRAPH, colorOf, colorsOf, meshAccessors, meshOf} from './surface.js';
-import {primitivesOf, propertiesOf, tableAccessors, tablesOf} from './surface.js';
+import {primitivesOf, propertiesOf, tableAccessors, tablesOf, zoneCountOf} from './surface.js';
 /** @import {SiteFiles} from './site_files.js' */
 /**
  * @import {
@@ -11,7 +12,7 @@ import {primitivesOf, propertiesOf, tableAccessors, tablesOf} from './surface.js
  * } from '../types.d.ts'
  */
 
-const VERSION = 4;
+const VERSION = 5;
 const TILE = 64;             // side of the tiles of a model without
 const GUTTER = 4;            // kWholeViews of atlas/tiles/tiles.h
 const NEAR_SHARE = 1e-8;     // the renderer's value, see blend/renderer.cpp
@@ -77,19 +78,31 @@ function sceneOf(properties, shaders, {image, diagonal, mesh, coarse}) {
   };
 }
 
-/** @param {Tile} tile @returns {Tile[]} */
-const tilesFrom = (tile) => [tile, ...(tile.children ?? []).slice(0, 1).flatMap(tilesFrom)];
+/** @param {Tile} tile */
+function tileContent({content}) {
+  if (!content) throw new Error('a tile has no content');
+  return content;
+}
+
+// The surface of tiles without children: the root, or its children.
+/** @param {SiteFiles} files @param {Tile[]} tiles @returns {Promise<MeshFile>} */
+async function surfaceOf(files, tiles) {
+  const sources = tiles.map((tile) => new SurfaceSource(files, tileContent(tile).uri));
+  if (tiles.length === 1) return sources[0].described();
+  return new Chunks(sources, tiles.map((tile) => tileContent(tile).extras?.box ?? [0, 0, 0, 0, 0, 0])).described();
+}
 
 /** @param {SiteFiles} files @param {string} name @param {Shaders} shaders @param {boolean} anew */
 async function tilesetScene(files, name, shaders, anew) {
   /** @type {Tileset} */
   const tileset = await files.json(name, anew);
   const properties = checked(tileset.extensions?.[LUMIGRAPH], name);
-  const tiles = tilesFrom(tileset.root);
-  for (const {content} of tiles) if (content.extras) files.sizes[content.uri] = content.extras.byteLength;
+  const {root} = tileset;
+  const isWhole = !root.children?.length;
+  const tiles = root.children?.length ? root.children : [root];
+  for (const {content} of [root, ...tiles]) if (content?.extras) files.sizes[content.uri] = content.extras.byteLength;
   for (const {uri, byteLength} of properties.images ?? []) files.sizes[uri] = byteLength;
-  const box = tileset.root.boundingVolume.box;
-  const source = new SurfaceSource(files, tiles[tiles.length - 1].content.uri);
+  const {box} = root.boundingVolume;
   return sceneOf(properties, shaders, {
     image: (number) => {
       const image = properties.images?.[number];
@@ -97,8 +110,8 @@ async function tilesetScene(files, name, shaders, anew) {
       return image.uri;
     },
     diagonal: 2 * Math.hypot(box[3], box[7], box[11]),
-    mesh: await source.described(),
-    coarse: tiles.length > 1 ? await new SurfaceSource(files, tiles[0].content.uri).described() : null,
+    mesh: await surfaceOf(files, tiles),
+    coarse: isWhole || !root.content ? null : await new SurfaceSource(files, root.content.uri).described(),
   });
 }
 
@@ -150,13 +163,13 @@ class SurfaceSource {
   async described() {
     const version = this.kept ? ` ${digest(JSON.stringify((await this.open()).json))}` : '';
     const name = this.uri + version + (this.coarse === null ? '' : ', coarse');
-    if (!this.uri.endsWith('.gltf')) return {file: name, colors: name, tables: name, source: this};
+    if (!this.uri.endsWith('.gltf')) return {file: name, colors: name, tables: name, source: this, chunks: null};
     this.kept = true;
     const gltf = await this.open();
     const [primitive] = primitivesOf(gltf, null);
     return {
       file: gltf.bufferName(primitive.attributes.POSITION), colors: gltf.bufferName(colorOf(primitive)),
-      tables: gltf.bufferName(propertiesOf(gltf).cellSeen), source: this,
+      tables: gltf.bufferName(propertiesOf(gltf).cellSeen), source: this, chunks: null,
     };
   }
 
@@ -191,6 +204,11 @@ class SurfaceSource {
     const primitives = primitivesOf(gltf, propertiesOf(gltf));
     await gltf.load(primitives.map(colorOf));
     return colorsOf(gltf, primitives);
+  }
+
+  async zoneCount() {
+    const gltf = await this.open();
+    return zoneCountOf(gltf, propertiesOf(gltf));
   }
 
   /** @param {Scene} scene */

@@ -2,7 +2,7 @@
 // A surface's arrays as the renderer takes them, from its glTF file. blend/tables/zone_mesh.cpp makes the same of a
 // model in memory.
 /** @import {Gltf} from './gltf.js' */
-/** @import {GltfPrimitive, Mesh, Scene, SurfaceProperties, Tables} from '../types.d.ts' */
+/** @import {GltfPrimitive, Mesh, Scene, SurfaceProperties, Tables, Vector} from '../types.d.ts' */
 
 const BYTE = 5121;
 const SHORT = 5123;
@@ -12,6 +12,7 @@ const NONE = 0xFFFFFFFF;
 const CELLS_PER_ZONE = 4;                 // kCellsPerZone
 export const CELLS_OF_SHADER = [1, 2, 4];  // kCellsOfShader of blend/tables/zone_mesh.h
 const FIRST_CELL_BIT = 28;
+const NO_ORIGIN = [0, 0, 0];
 export const LUMIGRAPH = 'LUMATLAS_lumigraph';
 
 /** @type {Uint8Array | null} */
@@ -81,6 +82,11 @@ function zonesOf(gltf, properties) {
 }
 
 /** @typedef {NonNullable<ReturnType<typeof zonesOf>>} Zones */
+
+// How many zones a surface has.
+/** @param {Gltf} gltf @param {SurfaceProperties} properties */
+export const zoneCountOf = (gltf, {cellSeen, zoneCells}) =>
+  zoneCells === undefined ? gltf.accessor(cellSeen).count : gltf.accessor(zoneCells).count / (1 + CELLS_PER_ZONE);
 
 // The first shader that takes as many cells as a zone has.
 /** @param {Zones | null} zones @param {number} zone */
@@ -159,17 +165,23 @@ function compacted(mesh, stands) {
   const corners = mesh.corners.map((vertex) => number[vertex]);
   return {
     positions: mesh.positions.slice(0, 3 * count), colors: mesh.colors.slice(0, 4 * count),
-    shares: mesh.shares.slice(0, 4 * count), zones: mesh.zones.slice(0, count), corners, counts: mesh.counts,
+    shares: mesh.shares.slice(0, 4 * count), zones: mesh.zones.slice(0, count), corners, counts: mesh.counts, behind: 0,
   };
 }
 
 // Appends the arrays of one mesh to those of all, from vertex `first` on.
-/** @param {Gltf} gltf @param {GltfPrimitive} primitive @param {Mesh} all @param {number} first */
-function take(gltf, primitive, all, first) {
+/**
+ * @param {Gltf} gltf
+ * @param {GltfPrimitive} primitive
+ * @param {Mesh} all
+ * @param {number} first
+ * @param {Vector} origin
+ */
+function take(gltf, primitive, all, first, origin) {
   const {attributes} = primitive;
   const positions = gltf.values(attributes.POSITION, FLOAT, 'VEC3');
   const vertices = positions.length / 3;
-  all.positions.set(positions, 3 * first);
+  for (let i = 0; i < positions.length; ++i) all.positions[3 * first + i] = positions[i] + origin[i % 3];
   const zone = attributes._ZONE ?? attributes._CELL;
   if (zone !== undefined) all.zones.set(gltf.values(zone, FLOAT, 'SCALAR').subarray(0, vertices), first);
   if (attributes._SHARES !== undefined) {
@@ -232,9 +244,12 @@ export function meshOf(gltf, primitives, properties) {
   /** @type {Mesh} */
   const mesh = {
     positions: new Float32Array(3 * vertices), colors, shares: new Uint8Array(4 * vertices),
-    zones: new Uint32Array(vertices), corners: new Uint32Array(0), counts: [],
+    zones: new Uint32Array(vertices), corners: new Uint32Array(0), counts: [], behind: 0,
   };
-  primitives.forEach((primitive, number) => take(gltf, primitive, mesh, firsts[number]));
+  primitives.forEach((primitive, number) => {
+    // The far sphere's positions are the model's.
+    take(gltf, primitive, mesh, firsts[number], number === 0 ? properties?.origin ?? NO_ORIGIN : NO_ORIGIN);
+  });
   const zones = zonesOf(gltf, properties);
   if (zones && mesh.zones.some((zone) => zone >= zones.count)) throw new Error(`${gltf.name}: a vertex is in no zone`);
   takeCorners(gltf, primitives, firsts, mesh, zones);
@@ -279,7 +294,7 @@ export function tablesOf(gltf, properties, scene) {
     gltf.values(properties.references, WHOLE, 'SCALAR'));
   const deviations = properties.cellDeviation === undefined ? null :
       gltf.values(properties.cellDeviation, FLOAT, 'SCALAR');
-  checkReferences(gltf, offsets, views, seen.length, scene.views.length);
+  checkReferences(gltf, offsets, views, seen.length + (properties.guestCells ?? 0), scene.views.length);
   const cells = new Uint32Array(3 * seen.length);
   for (let cell = 0; cell < seen.length; ++cell) {
     cells.set([offsets[cell], offsets[cell + 1], seen[cell] ? 1 : 0], 3 * cell);
@@ -314,7 +329,7 @@ function rangesOfZones(gltf, properties, {offsets, views, merged, cells}) {
   const known = new Map();
   return Array.from({length: zones.count}, (_, zone) => {
     const of = zones.cells.map((column) => column[zone]).filter((cell) => cell !== NONE);
-    if (of.length === 0 || [zones.cell[zone], ...of].some((cell) => cell >= cells)) {
+    if (of.length === 0 || !(zones.cell[zone] < cells) || of.some((cell) => !(cell < offsets.length - 1))) {
       throw new Error(`${gltf.name}: a zone has no such cell`);
     }
     const key = of.join();
