@@ -23,7 +23,7 @@ export class Navigation {
     this.pose = {position: [0, 0, 0], rotation: [1, 0, 0, 0, 1, 0, 0, 0, 1]};
     this.fov = 50;
     this.depth = this.typicalDepth;  // distance of the point that movements are about
-    /** @type {{from: Pose, fromFov: number, to: Pose, toFov: number, start: number} | null} */
+    /** @type {{from: Pose, fromFov: number, to: Pose, toFov: number, start: number, ms: number} | null} */
     this.jump = null;
     this.hold = new Hold(scene.photographed.share, this.typicalDepth, () => this.nearestPhotograph());
   }
@@ -91,10 +91,10 @@ export class Navigation {
     return {pose: poseOf(view), fov: 2 * Math.atan(height / 2 / focal) * 180 / Math.PI};
   }
 
-  // Goes there, at once or on a way that one can follow.
+  // Goes there, at once or on a way of `ms` milliseconds that one can follow.
   /** @param {Pose} pose @param {number} fov @param {number} [now] */
-  goTo(pose, fov, now) {
-    this.jump = now === undefined ? null : {from: this.pose, fromFov: this.fov, to: pose, toFov: fov, start: now};
+  goTo(pose, fov, now, ms = JUMP_MS) {
+    this.jump = now === undefined ? null : {from: this.pose, fromFov: this.fov, to: pose, toFov: fov, start: now, ms};
     if (!this.jump) this.set(pose, fov);
   }
 
@@ -102,8 +102,8 @@ export class Navigation {
   /** @param {number} now */
   advance(now) {
     if (!this.jump) return false;
-    const {from, fromFov, to, toFov, start} = this.jump;
-    const part = Math.min(1, (now - start) / JUMP_MS);
+    const {from, fromFov, to, toFov, start, ms} = this.jump;
+    const part = Math.max(0, Math.min(1, (now - start) / ms));
     const share = part * part * (3 - 2 * part);
     if (part >= 1) {
       this.set(to, toFov);

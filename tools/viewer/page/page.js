@@ -1,46 +1,27 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The page of a site. For other pages: `openModel(canvas, options)` shows a site's model in a canvas of their own.
 import {parseAddress, printAddress} from './address.js';
-import {Controls} from './controls.js';
+import {interact} from './interaction.js';
 import {Interface, showFailure} from './interface.js';
 import {viewsOf} from './reading/model.js';
 import {boundOfWeight} from './drawing/ranked_references.js';
 import {texelForm} from './drawing/photograph_forms.js';
-import {MEBIBYTE, Viewer} from './viewer.js';
+import {MEBIBYTE, Viewer, defaultMemory} from './viewer.js';
 /** @import {Overrun, ViewerOptions} from './types.d.ts' */
 
 export {Viewer, boundOfWeight, texelForm};
 
-// GPU memory that a phone gives a page without closing others.
-const MEMORY_MIB = matchMedia('(pointer: coarse)').matches ? 100 : 200;
 const REVOKE_AFTER_MS = 1000;
 const WRITE_ADDRESS_MS = 200;
-
-// Draws what the viewer has, and moves its camera by mouse, touch and keyboard. `drawn` is called before each frame.
-/** @param {Viewer} viewer @param {() => void} drawn */
-function run(viewer, drawn = () => {}) {
-  const {canvas, navigation} = viewer;
-  const controls = new Controls(canvas, navigation, (x, y) => viewer.pick(x, y), () => viewer.moved());
-  const observer = new ResizeObserver(() => viewer.resize());
-  observer.observe(canvas);
-  viewer.closing.signal.addEventListener('abort', () => {
-    observer.disconnect();
-    controls.close();
-  });
-  viewer.run((seconds) => {
-    drawn();
-    return controls.advance(seconds);
-  });
-}
 
 // Shows the model of the site whose folder is `options.base`. Resolves once it is drawn from what has come: `viewer` is
 // what draws it, `loaded` resolves when all is there that can be had, and `close` ends it. Throws where the browser has
 // no WebGL 2 or the site is of another format.
 /** @param {HTMLCanvasElement} canvas @param {Partial<ViewerOptions> & {base: string}} options */
 export async function openModel(canvas, options) {
-  const viewer = new Viewer(canvas, {memory: MEMORY_MIB, texels: 'auto', ...options});
+  const viewer = new Viewer(canvas, {memory: defaultMemory(), texels: 'auto', ...options});
   await viewer.open();
-  run(viewer);
+  interact(viewer);
   return {viewer, loaded: viewer.load(), close: () => viewer.close()};
 }
 
@@ -175,7 +156,7 @@ function showModel(viewer, page) {
   page.showHold(viewer.navigation.hold.on);
   page.showModel();
   linkAddress(viewer, page);
-  run(viewer, () => {
+  interact(viewer, () => {
     if (viewer.hasMesh) page.hidePoster();
   });
 }
@@ -191,7 +172,7 @@ async function main(canvas) {
   };
   try {
     const {live, model} = document.documentElement.dataset;
-    const options = {memory: wanted > 0 ? wanted : MEMORY_MIB, texels: asked.get('texels') ?? 'auto', live, model};
+    const options = {memory: wanted > 0 ? wanted : defaultMemory(), texels: asked.get('texels') ?? 'auto', live, model};
     const viewer = new Viewer(canvas, {base: document.baseURI, ...options});
     const page = connect(viewer);
     viewer.failed = fail;

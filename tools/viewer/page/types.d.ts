@@ -301,6 +301,8 @@ export interface ViewerOptions {
   live?: string;             // file that says which version of a changing model there is
   network?: NetworkOptions;
   signal?: AbortSignal;      // ends the viewer
+  gl?: WebGL2RenderingContext;  // a context to share; otherwise the viewer makes its canvas' own
+  shaders?: Shaders;         // otherwise the viewer fetches those of the site
 }
 
 // The actions of buttons and menus.

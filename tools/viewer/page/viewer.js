@@ -38,6 +38,11 @@ const CHUNKS_AT_ONCE = 2;    // that are fetched at the same time
 const SHARE_OF_DRAWING = 3;  // time between two meshes, by the time that it takes to make one
 const PROGRAMS_MS = 100;    // after which programs may have been compiled
 const FIELD_OF_VIEW = 50;   // degrees
+const PHONE_MIB = 100;      // GPU memory that a phone gives a page without closing others
+const DESKTOP_MIB = 200;
+
+// MiB that a viewer may use on this device's GPU unless its page says otherwise.
+export const defaultMemory = () => matchMedia('(pointer: coarse)').matches ? PHONE_MIB : DESKTOP_MIB;
 
 /** @param {number} ms */
 const sleep = (ms) => new Promise((resolve) => setTimeout(resolve, ms));
@@ -49,14 +54,20 @@ function contentOfScene(scene) {
   return JSON.stringify({...scene, coarse: scene.coarse?.file, mesh: [file, colors, tables]});
 }
 
+/** @param {HTMLCanvasElement} canvas */
+function contextOf(canvas) {
+  const gl = canvas.getContext(
+      'webgl2', {alpha: false, antialias: false, depth: false, powerPreference: 'high-performance'});
+  if (!gl) throw new Error('This page needs WebGL 2, which this browser does not have or has switched off.');
+  return gl;
+}
+
 export class Viewer {
   /** @param {HTMLCanvasElement} canvas @param {ViewerOptions} options */
   constructor(canvas, options) {
     this.canvas = canvas;
-    const gl = canvas.getContext(
-        'webgl2', {alpha: false, antialias: false, depth: false, powerPreference: 'high-performance'});
-    if (!gl) throw new Error('This page needs WebGL 2, which this browser does not have or has switched off.');
-    this.gl = gl;
+    this.gl = options.gl ?? contextOf(canvas);
+    this.shares = options.gl !== undefined;  // the canvas is another program's too
     this.closing = new AbortController();
     this.files = new SiteFiles(options.base, {...options.network, signal: this.closing.signal});
     this.losses = new Losses((line) => this.missing(line));
@@ -64,6 +75,7 @@ export class Viewer {
     this.live = options.live;
     this.file = options.model ?? 'tileset.json';
     this.texels = options.texels;
+    this.shaders = options.shaders;
     this.sizes = new PictureSizes(canvas);
     /** @type {Mode} */
     this.mode = 'picture';
@@ -97,11 +109,12 @@ export class Viewer {
     canvas.addEventListener('webglcontextrestored', () => this.restore(), {signal: this.closing.signal});
   }
 
-  // Asks the context for its extensions, which a context that was lost has no more, and clears the canvas.
+  // Asks the context for its extensions, which a context that was lost has no more, and clears a canvas of its own.
   startGpu() {
     const {gl} = this;
     /** @type {TexelForm} */
     this.form = texelForm(gl, this.texels);
+    if (this.shares) return;
     gl.clearColor(0.25, 0.27, 0.3, 1);
     gl.clear(gl.COLOR_BUFFER_BIT);
   }
@@ -172,8 +185,9 @@ export class Viewer {
       const state = () => this.insist('scene', () => this.liveState(live));
       while ((version = (await state()).version) === 0) await sleep(ASK_AGAIN_MS);
     }
-    const shaders = await this.insist('scene', () => loadShaders(this.files));
+    const shaders = this.shaders ?? await this.insist('scene', () => loadShaders(this.files));
     const scene = await this.insist('scene', () => loadScene(this.files, this.file, shaders));
+    this.closing.signal.throwIfAborted();
     scene.version = version;
     const navigation = new Navigation(scene);
     this.model = {scene, shaders, navigation};
@@ -695,8 +709,15 @@ export class Viewer {
   // Draws an interactive frame of that size.
   drawNow(size = this.sizes.next()) {
     const {canvas, renderer} = this;
+    const target = this.drawTarget(this.camera(...size));
+    renderer.present(target.colour, canvas.width, canvas.height, this.background);
+  }
+
+  // Draws a camera's picture as an interactive frame, into the target that it returns.
+  /** @param {Camera} camera */
+  drawTarget(camera) {
+    const {renderer} = this;
     this.dirty = false;
-    const camera = this.camera(...size);
     const target = renderer.draw(camera);
     this.target = target;
     this.drawn = {target, camera, pose: this.navigation.pose};
@@ -706,10 +727,10 @@ export class Viewer {
     if (this.mode !== 'picture' || !pictures) {
       renderer.drawMode(target, pictures || this.mode === 'geometry' ? this.mode : 'colours');
     }
-    renderer.present(target.colour, canvas.width, canvas.height, this.background);
     this.shown = {pictures, share: this.sizes.share};
     if (pictures) this.quietly(this.look());
     if (!ready && renderer.photographs) this.waitForPrograms();
+    return target;
   }
 
   // Measures which share of the last picture was photographed, for the hold: of its middle with a photograph's aspect,

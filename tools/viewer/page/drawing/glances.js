@@ -122,13 +122,16 @@ export class Glances {
     gl.readPixels(0, 0, width, height, format, type, 0);
     gl.bindBuffer(gl.PIXEL_PACK_BUFFER, null);
     const fence = new Fence(gl);
-    do {
-      await new Promise((resolve) => setTimeout(resolve, READ_AGAIN_MS));
-    } while (!fence.passed());
-    gl.bindBuffer(gl.PIXEL_PACK_BUFFER, buffer);
-    gl.getBufferSubData(gl.PIXEL_PACK_BUFFER, 0, pixels);
-    gl.bindBuffer(gl.PIXEL_PACK_BUFFER, null);
-    objects.release();
-    return pixels;
+    try {
+      do {
+        await new Promise((resolve) => setTimeout(resolve, READ_AGAIN_MS));
+      } while (!fence.passed());
+      gl.bindBuffer(gl.PIXEL_PACK_BUFFER, buffer);
+      gl.getBufferSubData(gl.PIXEL_PACK_BUFFER, 0, pixels);
+      gl.bindBuffer(gl.PIXEL_PACK_BUFFER, null);
+      return pixels;
+    } finally {
+      objects.release();
+    }
   }
 }

@@ -97,7 +97,11 @@ export class Fetching {
     const watch = new Watch(this.stalledMs, this.signal);
     try {
       const headers = part && {Range: `bytes=${part.from}-${part.from + part.length - 1}`};
-      const response = await fetch(address, {signal: watch.signal, cache: anew ? 'reload' : 'default', headers});
+      const options = {signal: watch.signal, cache: /** @type {RequestCache} */ (anew ? 'reload' : 'default'), headers};
+      const response = await fetch(address, options).catch(async (error) => {
+        if (!watch.signal.aborted && await mayNotBeRead(address)) throw notAllowed(name, address);
+        throw error;
+      });
       if (!response.ok) throw refusal(name, response.status);
       const all = await body(response, watch);
       const blob = response.status === 206 ? all : slicePart(all, part);  // some servers send the whole file
@@ -187,6 +191,21 @@ function refusal(name, status) {
   const final = status >= 400 && status < 500 && !TRIED_AGAIN.includes(status);
   return new FetchFailure(name, `the server says ${status}`, {gone: GONE.includes(status), final});
 }
+
+// Returns whether another site answers but does not let this page read the answer, which browsers do not tell apart
+// from an answer that never comes.
+/** @param {URL} address */
+async function mayNotBeRead(address) {
+  if (address.origin === location.origin) return false;
+  /** @param {RequestMode} mode */
+  const answers = (mode) => fetch(address, {method: 'HEAD', cache: 'no-store', mode}).then(() => true, () => false);
+  return await answers('no-cors') && !await answers('cors');
+}
+
+/** @param {string} name @param {URL} address */
+const notAllowed = (name, address) => new FetchFailure(
+    name, `${address.origin} does not allow ${location.origin} to read it; its answers need the header ` +
+    'Access-Control-Allow-Origin (CORS)', {final: true});
 
 /** @param {Blob} blob @param {FilePart} [part] */
 export const slicePart = (blob, part) => part ? blob.slice(part.from, part.from + part.length, blob.type) : blob;
