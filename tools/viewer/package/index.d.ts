@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+
+/** x, y, z in the model's coordinates. */
+export type Vector = number[];
+
+/** A camera as one gets it. Directions have the length 1. */
+export interface ViewerCamera {
+  position: Vector;
+  /** Where it looks. */
+  direction: Vector;
+  /** What is up in its picture. */
+  up: Vector;
+  /** The angle from the picture's top to its bottom, degrees. */
+  fov: number;
+}
+
+/** A camera as one sets it. What is left out stays as it is; `up` is the model's then. */
+export interface WantedCamera {
+  position?: Vector;
+  direction?: Vector;
+  /** A point to look at, instead of `direction`. */
+  target?: Vector;
+  up?: Vector;
+  /** In (0, 170), degrees. */
+  fov?: number;
+}
+
+export interface LumatlasViewerEventMap {
+  /** All is there that can be had. */
+  load: CustomEvent<null>;
+  /** Another photograph came, or could not be had. */
+  progress: CustomEvent<{done: number, total: number}>;
+  /** Something cannot be had. Unless it is final, the element goes on trying. */
+  error: CustomEvent<{message: string, final: boolean}>;
+  /** The camera has moved; at most once a frame. */
+  viewchange: CustomEvent<ViewerCamera>;
+}
+
+/** `<lumatlas-viewer>` */
+export class LumatlasViewerElement extends HTMLElement {
+  /** The address of a model: a folder, its tileset.json, or a .glb. */
+  src: string;
+  /** Shows another model. Resolves with the event "load", and rejects where the model cannot be had. */
+  load(src: string): Promise<void>;
+  /** Goes to a photograph, by name or number, or to a camera, in so many milliseconds. Resolves on arrival, or when the
+   *  visitor goes elsewhere. Rejects with a RangeError if there is no such photograph or camera. */
+  goTo(target: string | number | WantedCamera, options?: {duration?: number}): Promise<void>;
+  /** Resolves with the present view as a PNG, once it is drawn sharp. */
+  screenshot(): Promise<Blob>;
+  /** Resolves with the share of the present picture that was photographed from near there, in [0, 1]. */
+  coverage(): Promise<number>;
+  /** What is missing now, in sentences; empty: nothing. */
+  readonly errors: string[];
+  /** The names of the model's photographs. */
+  readonly views: string[];
+  /** Throws an Error while there is no model. */
+  get camera(): ViewerCamera;
+  set camera(camera: WantedCamera);
+
+  addEventListener<K extends keyof LumatlasViewerEventMap>(
+      type: K, listener: (this: LumatlasViewerElement, event: LumatlasViewerEventMap[K]) => unknown,
+      options?: boolean | AddEventListenerOptions): void;
+  addEventListener(
+      type: string, listener: EventListenerOrEventListenerObject, options?: boolean | AddEventListenerOptions): void;
+  removeEventListener<K extends keyof LumatlasViewerEventMap>(
+      type: K, listener: (this: LumatlasViewerElement, event: LumatlasViewerEventMap[K]) => unknown,
+      options?: boolean | EventListenerOptions): void;
+  removeEventListener(
+      type: string, listener: EventListenerOrEventListenerObject, options?: boolean | EventListenerOptions): void;
+}
+
+declare global {
+  interface HTMLElementTagNameMap {
+    'lumatlas-viewer': LumatlasViewerElement;
+  }
+}

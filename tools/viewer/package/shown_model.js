@@ -1,0 +1,158 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Shows one model in a canvas of an element, from its first request to the end.
+import {interact} from '../page/interaction.js';
+import {viewsOf} from '../page/reading/model.js';
+import {Viewer, defaultMemory} from '../page/viewer.js';
+import {partsOfAddress} from './model_address.js';
+import {opened} from './opening.js';
+import {shaders} from './shaders.js';
+import {placeOf, placeOfView} from './view_poses.js';
+/** @import {WantedCamera} from './view_poses.js' */
+
+const JUMP_MS = 700;
+const GPU_LOST = 'The browser has taken the GPU away. The picture comes back with it.';
+
+// Called with what happens to a model. `failed`: `final` says that the model will not come.
+/**
+ * @typedef {{
+ *   drawn(): void,
+ *   moved(): void,
+ *   progressed(done: number, total: number, ended: boolean): void,
+ *   failed(message: string, final: boolean): void,
+ *   missing(line: string): void,
+ * }} Listener
+ */
+
+const taken = () => new DOMException('the model was taken away before it was there', 'AbortError');
+const nextFrame = () => new Promise((resolve) => requestAnimationFrame(resolve));
+
+export class ShownModel {
+  // `memory`: MiB; null: the device's default.
+  /**
+   * @param {HTMLCanvasElement} canvas
+   * @param {string} source
+   * @param {number | null} memory
+   * @param {Listener} listener
+   */
+  constructor(canvas, source, memory, listener) {
+    this.listener = listener;
+    this.viewer = new Viewer(
+        canvas, {...partsOfAddress(source), memory: memory ?? defaultMemory(), texels: 'auto', shaders});
+    this.closed = false;
+    /** @type {string[]} */
+    this.errors = [];
+    /** @type {{jump: object | null, resolve: () => void}[]} */
+    this.arrivals = [];  // callers who wait until a jump ends
+    this.listen();
+  }
+
+  listen() {
+    const {viewer, listener} = this;
+    viewer.changed = () => listener.moved();
+    viewer.progressed = () => {
+      const {done, total, ended} = viewer.residents.progress();
+      listener.progressed(done, total, ended);
+    };
+    viewer.missing = (line) => {
+      this.errors = line === '' ? [] : [line];
+      listener.missing(line);
+      if (line !== '' && !viewer.losses.parts.get('scene')?.final) listener.failed(line, false);
+    };
+    viewer.gpuLost = (lost) => {
+      listener.missing(lost ? GPU_LOST : '');
+      if (lost) listener.failed(GPU_LOST, false);
+    };
+    viewer.failed = (error) => this.fail(error);
+  }
+
+  /** @param {Error} error */
+  fail(error) {
+    if (this.closed) return;
+    this.errors = [error.message];
+    this.listener.missing(error.message);
+    this.listener.failed(error.message, true);
+  }
+
+  // Resolves when all is there that can be had. Throws if the model cannot be had, or once it is closed.
+  async load() {
+    const {viewer, listener} = this;
+    try {
+      await opened(viewer);
+      interact(viewer, () => {
+        this.arrive();
+        listener.drawn();
+      });
+      listener.moved();
+      await viewer.load();
+    } catch (error) {
+      if (this.closed) throw taken();
+      this.fail(error instanceof Error ? error : new Error(String(error)));
+      throw error;
+    }
+  }
+
+  // Ends requests and drawing, and gives back what is on the GPU with the context.
+  close() {
+    if (this.closed) return;
+    this.closed = true;
+    this.viewer.close();
+    this.viewer.gl.getExtension('WEBGL_lose_context')?.loseContext();
+    for (const {resolve} of this.arrivals.splice(0)) resolve();
+  }
+
+  get names() {
+    return this.viewer.model ? viewsOf(this.viewer.scene).map(({name}) => name) : [];
+  }
+
+  // Resolves on arrival, or when the visitor goes elsewhere.
+  /** @param {string | number | WantedCamera} target @param {number} [duration] */
+  goTo(target, duration = JUMP_MS) {
+    const {viewer} = this;
+    const {navigation, canvas} = viewer;
+    const place = typeof target === 'object' ? placeOf(target, navigation) :
+        placeOfView(target, navigation, canvas.width, canvas.height);
+    navigation.goTo(place.pose, place.fov, duration > 0 ? performance.now() : undefined, duration);
+    viewer.moved();
+    const {jump} = navigation;
+    if (!jump) return Promise.resolve();
+    return /** @type {Promise<void>} */ (new Promise((resolve) => this.arrivals.push({jump, resolve})));
+  }
+
+  arrive() {
+    const {jump} = this.viewer.navigation;
+    const arrived = this.arrivals.filter((arrival) => arrival.jump !== jump);
+    this.arrivals = this.arrivals.filter((arrival) => arrival.jump === jump);
+    for (const {resolve} of arrived) resolve();
+  }
+
+  // Waits for frames until `happened()`. Throws AbortError once the model is closed.
+  /** @param {() => boolean} happened */
+  async until(happened) {
+    while (!happened()) {
+      await nextFrame();
+      if (this.closed) throw taken();
+    }
+  }
+
+  // Resolves with the still frame as a PNG once it is drawn.
+  async screenshot() {
+    const {viewer} = this;
+    await this.until(() => viewer.still === 'done' && !viewer.stale && !viewer.dirty);
+    const blob = await viewer.screenshot();
+    if (!blob) throw new Error('the browser makes no file of the picture');
+    return blob;
+  }
+
+  // Resolves with the share of the picture that was photographed from near there, in [0, 1].
+  async coverage() {
+    const {viewer} = this;
+    await this.until(() => Boolean(viewer.hasMesh && viewer.renderer.ready()));
+    if (viewer.dirty || !viewer.drawn) viewer.drawNow();
+    const {target, camera} = /** @type {NonNullable<typeof viewer.drawn>} */ (viewer.drawn);
+    try {
+      return await viewer.renderer.glances.photographedShare(target, camera, camera.width / camera.height);
+    } catch (error) {
+      throw this.closed ? taken() : error;
+    }
+  }
+}

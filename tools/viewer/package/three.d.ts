@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+import type {Object3D, Object3DEventMap, PerspectiveCamera, WebGLRenderer} from 'three';
+
+export interface LoadOptions {
+  /** MiB that the model may take on the GPU; 200, or 100 on a phone, by default. */
+  memory?: number;
+  /** Ends the model, as dispose() does. */
+  signal?: AbortSignal;
+  /** Called after each photograph that came, or could not be had. */
+  progress?: (done: number, total: number) => void;
+}
+
+export interface LumatlasObjectEventMap extends Object3DEventMap {
+  /** A picture of it would be another one now: for pages that draw only when something has changed. */
+  change: {};
+}
+
+/** A model in a scene of three.js. It may be moved, turned and scaled evenly. */
+export class LumatlasObject extends Object3D<LumatlasObjectEventMap> {
+  /** Resolves once the surface is there; photographs come afterwards. Rejects where the model cannot be had. `src` is
+   *  the address of a folder, its tileset.json, or a .glb. */
+  static load(src: string, renderer: WebGLRenderer, options?: LoadOptions): Promise<LumatlasObject>;
+  private constructor();
+  readonly isLumatlasObject: true;
+  /** Resolves when all is there that can be had. */
+  readonly loaded: Promise<void>;
+  /** Pixels of its picture for each of three's, along a side, in (0, 1]; fewer are drawn faster. */
+  resolution: number;
+  /** Whether the far sphere, which shows sky and distant surroundings, is drawn. */
+  far: boolean;
+  /** What is missing now, or why it is not drawn, in sentences; empty: nothing. */
+  readonly errors: string[];
+  /** The names of the model's photographs. */
+  readonly views: string[];
+  /** What is up in the model, in the object's own coordinates: x, y, z. */
+  readonly modelUp: [number, number, number];
+  /** Puts a camera where a photograph was taken, by name or number, so that its picture shows all of it; without one,
+   *  where the model is seen first. The object's world matrix is to be up to date. Throws a RangeError if there is no
+   *  such photograph. */
+  placeCamera(camera: PerspectiveCamera, view?: string | number): void;
+  /** Takes it out of its scene, and deletes what is on the GPU. */
+  dispose(): void;
+}
