@@ -131,7 +131,18 @@ ChunkMaker::ChunkMaker(const Snapshot& snapshot, const CellShares* shares, const
   near_.faces = std::move(split.faces);
   near_.positions = picked(surface.mesh.positions, split.source);
   sources_ = std::move(split.source);
-  cell_of_vertex_ = std::move(split.values);
+  faces_of_chunk_.resize(count());
+  for (std::uint32_t face = 0; face < near_.faces.size(); ++face) {
+    faces_of_chunk_[chunk_of_cell_[surface.cells.cell_of_face[face]]].push_back(face);
+  }
+  vertices_of_chunk_.resize(count());
+  for (std::uint32_t vertex = 0; vertex < near_.positions.size(); ++vertex) {
+    // A vertex without a face counts as one of cell 0, which a surface without faces lacks.
+    const std::uint32_t cell = split.values[vertex];
+    std::vector<std::uint32_t>& of_chunk = vertices_of_chunk_[chunk_of_cell_.empty() ? 0 : chunk_of_cell_[cell]];
+    number_of_vertex_.push_back(static_cast<std::uint32_t>(of_chunk.size()));
+    of_chunk.push_back(vertex);
+  }
   if (grid && count() > 1) snap_to_grid(near_.positions, *grid);
 }
 
@@ -139,19 +150,13 @@ ChunkMaker::ChunkMaker(const Snapshot& snapshot, const CellShares* shares, const
 Surface ChunkMaker::near_part(SurfaceChunk& chunk, std::size_t number) const {
   const Cells& all = snapshot_.surface->cells;
   chunk.cells.assign(cells_[number].begin(), cells_[number].end());
-  std::vector<std::uint32_t> number_of_vertex(near_.positions.size(), 0);
-  const auto is_here = [&](std::uint32_t cell) { return chunk_of_cell_.empty() || chunk_of_cell_[cell] == number; };
+  chunk.vertices = vertices_of_chunk_[number];
+  chunk.faces = faces_of_chunk_[number];
   Surface part;
-  for (std::uint32_t vertex = 0; vertex < near_.positions.size(); ++vertex) {
-    if (!is_here(cell_of_vertex_[vertex])) continue;
-    number_of_vertex[vertex] = static_cast<std::uint32_t>(chunk.vertices.size());
-    chunk.vertices.push_back(vertex);
-  }
-  for (std::uint32_t face = 0; face < near_.faces.size(); ++face) {
-    if (!is_here(all.cell_of_face[face])) continue;
+  for (const std::uint32_t face : chunk.faces) {
     const glm::uvec3& corners = near_.faces[face];
-    chunk.faces.push_back(face);
-    part.mesh.faces.emplace_back(number_of_vertex[corners.x], number_of_vertex[corners.y], number_of_vertex[corners.z]);
+    part.mesh.faces.emplace_back(number_of_vertex_[corners.x], number_of_vertex_[corners.y],
+                                 number_of_vertex_[corners.z]);
     part.cells.cell_of_face.emplace_back(number_in_chunk_[all.cell_of_face[face]]);
   }
   part.mesh.positions = picked(near_.positions, chunk.vertices);

@@ -56,9 +56,10 @@ class ChunkMaker {
   const Snapshot& snapshot_;
   const CellShares* shares_;
   const TexturePlaces* places_;
-  Mesh near_;                                            // its vertices are those of one cell each
-  std::vector<std::uint32_t> sources_, cell_of_vertex_;  // one for each of them
-  std::vector<std::vector<CellId>> cells_;
+  Mesh near_;                                              // its vertices are those of one cell each
+  std::vector<std::uint32_t> sources_, number_of_vertex_;  // one per vertex: the given one, its number in its chunk
+  std::vector<std::vector<CellId>> cells_;                 // one list per chunk, as the next two
+  std::vector<std::vector<std::uint32_t>> vertices_of_chunk_, faces_of_chunk_;
   std::vector<std::uint32_t> chunk_of_cell_, number_in_chunk_;  // one per near cell
 };
 
