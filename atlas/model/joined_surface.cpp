@@ -28,25 +28,30 @@ JoinedSurface::JoinedSurface(const std::vector<std::unique_ptr<SurfaceFile>>& fi
   near_vertices_ = std::accumulate(vertices.begin(), vertices.end(), std::size_t{0});
   near_faces_ = std::accumulate(faces.begin(), faces.end(), std::size_t{0});
   require_alike();
-  Surface surface = near_surface_of_chunks();
+  Surface surface = take_near_surfaces();
   if (const std::size_t far = far_file(); far < files_.size()) {
     surface = with_far_sphere(surface, files_[far]->far_sphere(chunks_[far].far, cells_of(far), surface.cells.size));
   }
   surface_ = std::make_shared<const Surface>(std::move(surface));
 }
 
+void JoinedSurface::require_all_or_none_have(const char* name) const {
+  for (const auto& file : files_) {
+    if (file->has(name) == files_.front()->has(name)) continue;
+    file->gltf().refuse(std::string(file->has(name) ? "has " : "has no ") + name + ", unlike " +
+                        files_.front()->gltf().path().filename().string());
+  }
+}
+
 // Elements without numbers follow those of the files before.
 JoinedSurface::Numbers JoinedSurface::numbers(const char* name, const std::vector<std::size_t>& counts) const {
+  require_all_or_none_have(name);
   const std::size_t all = std::accumulate(counts.begin(), counts.end(), std::size_t{0});
   std::vector<std::uint8_t> taken(all, 0);
   Numbers numbers;
   std::uint32_t next = 0;
   for (std::size_t i = 0; i < files_.size(); ++i) {
     const SurfaceFile& file = *files_[i];
-    if (file.has(name) != files_.front()->has(name)) {
-      file.gltf().refuse(std::string(file.has(name) ? "has " : "has no ") + name + ", unlike " +
-                         files_.front()->gltf().path().filename().string());
-    }
     std::vector<std::uint32_t>& of_file = numbers.emplace_back();
     if (file.has(name)) {
       of_file = file.numbers_of_runs(name, counts[i]);
@@ -70,8 +75,9 @@ void JoinedSurface::require_alike() const {
     const GltfFile& file = files_[i]->gltf();
     const std::string first = files_.front()->gltf().path().filename().string();
     if (chunks_[i].offset != chunks_.front().offset) file.refuse("has another \"offset\" than " + first);
-    if (chunks_[i].far.cells > 0 && i != far_file())
+    if (chunks_[i].far.cells > 0 && i != far_file()) {
       file.refuse("has a far sphere, of which the model has one already");
+    }
     cells += chunks_[i].far.cells;
   }
   if (cells > kMostCells) {
@@ -81,14 +87,14 @@ void JoinedSurface::require_alike() const {
   }
 }
 
-Surface JoinedSurface::near_surface_of_chunks() const {
+Surface JoinedSurface::take_near_surfaces() {
   Surface surface;
   surface.offset = chunks_.front().offset;
   surface.mesh.positions.resize(near_vertices_);
   surface.mesh.faces.resize(near_faces_);
   std::vector<CellId> cell_of_face(near_faces_);
   for (std::size_t i = 0; i < chunks_.size(); ++i) {
-    const ChunkSurface& chunk = chunks_[i];
+    ChunkSurface& chunk = chunks_[i];
     const std::vector<std::uint32_t>& vertices = vertices_[i];
     for (std::size_t k = 0; k < vertices.size(); ++k) surface.mesh.positions[vertices[k]] = chunk.mesh.positions[k];
     for (std::size_t k = 0; k < faces_[i].size(); ++k) {
@@ -96,6 +102,9 @@ Surface JoinedSurface::near_surface_of_chunks() const {
       surface.mesh.faces[faces_[i][k]] = {vertices[face.x], vertices[face.y], vertices[face.z]};
       cell_of_face[faces_[i][k]] = CellId(cells_[i][chunk.cell_of_face[k]]);
     }
+    chunk.mesh = {};  // the joined surface has it now
+    chunk.cell_of_face = {};
+    faces_[i] = {};
   }
   const double most = most_cell_size(surface.mesh);
   const double size = files_.front()->cell_size(most);
@@ -148,11 +157,7 @@ ReferenceTable JoinedSurface::references(std::size_t views) const {
 }
 
 std::vector<float> JoinedSurface::numbers_of_cells(const char* name) const {
-  for (const auto& file : files_) {
-    if (file->has(name) == files_.front()->has(name)) continue;
-    file->gltf().refuse(std::string(file->has(name) ? "has " : "has no ") + name + ", unlike " +
-                        files_.front()->gltf().path().filename().string());
-  }
+  require_all_or_none_have(name);
   if (!files_.front()->has(name)) return {};
   return by_cell<float>([&](std::size_t file) { return files_[file]->numbers_of_cells(name, cells_of(file)); });
 }

@@ -39,8 +39,8 @@ struct FormOptions {
   // resolve, and what a page does not use is left out: lens and trust masks, the cells' coverage, and which vertices
   // are copies.
   bool packed = false;
-  // A surface of more faces is written in chunks of at most so many, except cells that have more; at least 1. A model
-  // in one file has one chunk.
+  // Largest number of faces in a chunk, at least 1. The writer splits a larger surface into chunks; a single cell with
+  // more faces is a chunk of its own. A model in one file has one chunk.
   std::size_t chunk_faces = 100'000;
 };
 

@@ -42,8 +42,9 @@ export class LumatlasViewerElement extends HTMLElement {
   src: string;
   /** Shows another model. Resolves with the event "load", and rejects where the model cannot be had. */
   load(src: string): Promise<void>;
-  /** Goes to a photograph, by name or number, or to a camera, in so many milliseconds. Resolves on arrival, or when the
-   *  visitor goes elsewhere. Rejects with a RangeError if there is no such photograph or camera. */
+  /** Moves the camera to a photograph, given by its name or number, or to a given camera. `duration`: of the movement,
+   *  milliseconds, 700 by default. Resolves on arrival, or when the visitor moves the camera. Rejects with a RangeError
+   *  if there is no such photograph or camera. */
   goTo(target: string | number | WantedCamera, options?: {duration?: number}): Promise<void>;
   /** Resolves with the present view as a PNG, once it is drawn sharp. */
   screenshot(): Promise<Blob>;

@@ -4,7 +4,7 @@
 import {CELLS_OF_SHADER} from './surface.js';
 /** @import {Chunk, ChunkSource, Mesh, MeshFile, Scene, Tables, Vector} from '../types.d.ts' */
 
-// How far a point is from a box (least x, y, z, then most), and from its middle.
+// Returns the squared distances of a point from a box (least x, y, z, then most) and from the box's middle.
 /** @param {number[]} box @param {ArrayLike<number>} point */
 function distanceTo(box, point) {
   let [outside, middle] = [0, 0];
@@ -16,7 +16,8 @@ function distanceTo(box, point) {
   return {outside, middle};
 }
 
-// The number of the box that is nearest to a point; of those around it the one whose middle is. -1: there are none.
+// Returns the number of the box that is nearest to a point, or -1 without boxes. Of boxes at the same distance, it takes
+// the one whose middle is nearest.
 /** @param {number[][]} boxes @param {number[]} among @param {ArrayLike<number>} point */
 export function nearestBox(boxes, among, point) {
   let best = -1;
@@ -42,7 +43,7 @@ function meets(positions, face, box) {
   return true;
 }
 
-// The corners of the faces that lie where a box in `missing` is, or are nearest to it.
+// Returns the corners of the faces that meet a box of `missing`, or to whose first vertex such a box is nearest.
 /** @param {Mesh} mesh @param {number[][]} boxes @param {Set<number>} missing */
 function cornersNear({positions, corners}, boxes, missing) {
   const all = boxes.map((_, number) => number);
@@ -62,8 +63,8 @@ const startsOf = (counts) => counts.map((_, i) => counts.slice(0, i).reduce((a, 
 /** @param {number[]} counts */
 const sumOf = (counts) => counts.reduce((a, b) => a + b, 0);
 
-// One mesh of several, whose zones count on from `firstZones`. `behind`: the corners of the last mesh, which is drawn
-// behind the others; null: there is no such mesh.
+// Joins meshes to one. The zones of each count on from its number in `firstZones`. `behind`: the corners of the last
+// mesh that are drawn, behind the other meshes; null: the last mesh is drawn as the others are.
 /** @param {Mesh[]} meshes @param {number[]} firstZones @param {Uint32Array | null} behind @returns {Mesh} */
 function joinedMesh(meshes, firstZones, behind) {
   const firsts = startsOf(meshes.map(({zones}) => zones.length));
@@ -93,7 +94,7 @@ function joinedMesh(meshes, firstZones, behind) {
   return joined;
 }
 
-// One table of several, in the order of joinedMesh(), and a last zone without references.
+// Joins tables to one, in the order of joinedMesh(), and appends a zone without references.
 /** @param {Tables[]} all @returns {Tables} */
 function joinedTables(all) {
   const zoneCounts = all.map(({zones}) => zones.length / 4);
@@ -136,7 +137,7 @@ export class Chunks {
     this.there = sources.map(() => null);
   }
 
-  // The files that hold them, as one name.
+  // Describes all chunks as one mesh file, whose name lists their files.
   /** @returns {MeshFile} */
   described() {
     const file = this.sources.map(({uri}) => uri).join();
@@ -160,7 +161,8 @@ export class Chunks {
     this.there[number] ??= {mesh, zones, tables: null};
   }
 
-  // Those that are there, and behind them of the coarse mesh, if there is one, what lies where the others would be.
+  // Returns the mesh of the chunks that were read. Behind them it has the faces of the coarse mesh that lie where chunks
+  // are missing; null: there is no coarse mesh.
   /** @param {Mesh | null} coarse @returns {Mesh} */
   joined(coarse) {
     const there = this.there.filter((chunk) => chunk !== null);
@@ -168,7 +170,7 @@ export class Chunks {
     const firstZones = startsOf(there.map(({zones}) => zones));
     const missing = new Set(this.missing());
     if (!coarse || missing.size === 0) return joinedMesh(meshes, firstZones, null);
-    // All of it is in the zone without references.
+    // All coarse faces are in the zone without references.
     meshes.push({...coarse, zones: new Uint32Array(coarse.zones.length)});
     firstZones.push(sumOf(there.map(({zones}) => zones)));
     return joinedMesh(meshes, firstZones, cornersNear(coarse, this.boxes, missing));
@@ -188,7 +190,7 @@ export class Chunks {
     return (await this.mesh()).colors;
   }
 
-  // Of the chunks that are there.
+  // Returns the joined tables of the chunks that were read.
   /** @param {Scene} scene */
   async tables(scene) {
     await Promise.all(this.there.map(async (chunk, number) => {
@@ -199,7 +201,7 @@ export class Chunks {
     return joinedTables(this.there.flatMap((chunk) => chunk?.tables ? [chunk.tables] : []));
   }
 
-  // Lets go of what was read, once it is all there.
+  // Frees what was read, once no chunk is missing.
   async release() {
     if (this.missing().length === 0) this.there.fill(null);
   }
