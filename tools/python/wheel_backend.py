@@ -150,7 +150,11 @@ def build_sdist(sdist_directory, config_settings=None):
         for file in sorted(os.fsdecode(part) for part in listed.split(b"\0") if part):
             if (SOURCE / file).exists():
                 archive.add(SOURCE / file, f"{folder}/{file}", recursive=False)
-        about = tarfile.TarInfo(f"{folder}/PKG-INFO")
-        about.size = len(metadata().encode())
-        archive.addfile(about, io.BytesIO(metadata().encode()))
+        # pip looks for both in the root of an archive.
+        project = (PACKAGE.parent / "pyproject.toml").read_text(encoding="utf-8")
+        project = project.replace('backend-path = ["."]', 'backend-path = ["tools/python"]')
+        for text, called in ((project, "pyproject.toml"), (metadata(), "PKG-INFO")):
+            entry = tarfile.TarInfo(f"{folder}/{called}")
+            entry.size = len(text.encode())
+            archive.addfile(entry, io.BytesIO(text.encode()))
     return name

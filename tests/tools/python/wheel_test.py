@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: GPL-3.0-or-later
 """Usage: wheel_test.py PROGRAM SOURCE BUILD, the program `lumatlas`, the sources, and a build of the module.
 
-`pip install .` makes a wheel that another Python environment imports.
+`pip install ./tools/python` makes a wheel that another Python environment imports.
 """
 
 import base64
@@ -19,6 +19,7 @@ from pathlib import Path
 from support import make_office, skip
 
 PROGRAM, SOURCE, BUILD = sys.argv[1], Path(sys.argv[2]), Path(sys.argv[3])
+PACKAGE = SOURCE / "tools" / "python"
 
 
 def run(*command, **options):
@@ -51,10 +52,10 @@ class Wheel(unittest.TestCase):
     def test_pip_installs_a_wheel_that_opens_a_model(self):
         make_office(PROGRAM)
         run(PROGRAM, "build", "office", "-o", "model", "--refine", "none", "--quiet", check=True)
-        before = sorted(path for path in SOURCE.iterdir())
-        installed = self.pip("install", "--no-deps", "--no-index", "--config-settings", f"build-dir={BUILD}", SOURCE)
+        before = sorted([*SOURCE.iterdir(), *PACKAGE.iterdir()])
+        installed = self.pip("install", "--no-deps", "--no-index", "--config-settings", f"build-dir={BUILD}", PACKAGE)
         self.assertEqual(installed.returncode, 0, installed.stdout)
-        self.assertEqual(before, sorted(path for path in SOURCE.iterdir()))
+        self.assertEqual(before, sorted([*SOURCE.iterdir(), *PACKAGE.iterdir()]))
         script = ("import lumatlas; print(lumatlas.__version__, len(lumatlas.open_model('model').cameras) > 0, "
                   "lumatlas.__file__)")
         said = run(self.python, "-c", script, env=self.environment).stdout
@@ -65,7 +66,7 @@ class Wheel(unittest.TestCase):
 
     def test_the_wheel_records_its_files(self):
         made = self.pip("wheel", "--no-deps", "--no-index", "--config-settings", f"build-dir={BUILD}", "-w", "wheels",
-                        SOURCE)
+                        PACKAGE)
         self.assertEqual(made.returncode, 0, made.stdout)
         (wheel,) = Path("wheels").iterdir()
         version = f"{sys.version_info.major}{sys.version_info.minor}"
@@ -90,7 +91,7 @@ class Wheel(unittest.TestCase):
     def test_a_folder_without_a_build_is_refused(self):
         for folder, sentence in ((self.folder, "which holds no build"), (self.folder / "nowhere", "which holds no build")):
             refused = self.pip("wheel", "--no-deps", "--no-index", "--config-settings", f"build-dir={folder}", "-w",
-                               "none", SOURCE)
+                               "none", PACKAGE)
             self.assertNotEqual(refused.returncode, 0)
             self.assertIn(sentence, refused.stdout)
 
@@ -103,6 +104,8 @@ class Wheel(unittest.TestCase):
         with tarfile.open(name) as archive:
             folder = name.removesuffix(".tar.gz")
             held = set(archive.getnames())
+            project = archive.extractfile(f"{folder}/pyproject.toml").read().decode()
+        self.assertIn('backend-path = ["tools/python"]', project)
         for file in ("PKG-INFO", "pyproject.toml", "CMakeLists.txt", "tools/python/wheel_backend.py"):
             self.assertTrue(f"{folder}/{file}" in held, file)
 

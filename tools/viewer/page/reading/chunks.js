@@ -16,8 +16,8 @@ function distanceTo(box, point) {
   return {outside, middle};
 }
 
-// Returns the number of the box that is nearest to a point, or -1 without boxes. Of boxes at the same distance, it takes
-// the one whose middle is nearest.
+// Returns the number of the box that is nearest to a point, or -1 without boxes. Of boxes at the same distance, it
+// takes the one whose middle is nearest.
 /** @param {number[][]} boxes @param {number[]} among @param {ArrayLike<number>} point */
 export function nearestBox(boxes, among, point) {
   let best = -1;
@@ -161,8 +161,8 @@ export class Chunks {
     this.there[number] ??= {mesh, zones, tables: null};
   }
 
-  // Returns the mesh of the chunks that were read. Behind them it has the faces of the coarse mesh that lie where chunks
-  // are missing; null: there is no coarse mesh.
+  // Returns the mesh of the chunks that were read. Behind them it has the faces of the coarse mesh that lie where
+  // chunks are missing. `coarse`: null where there is no such mesh.
   /** @param {Mesh | null} coarse @returns {Mesh} */
   joined(coarse) {
     const there = this.there.filter((chunk) => chunk !== null);
