@@ -9,10 +9,10 @@
 #include <string>
 #include <vector>
 
-#include "atlas/model/coarse_surface.h"
 #include "atlas/model/gltf/gltf_builder.h"
 #include "atlas/model/model_images.h"
-#include "atlas/model/written_mesh.h"
+#include "atlas/model/surface/coarse_surface.h"
+#include "atlas/model/surface/written_mesh.h"
 #include "atlas/snapshot.h"
 
 namespace lumatlas {

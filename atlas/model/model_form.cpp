@@ -12,7 +12,7 @@
 #include "atlas/model/gltf/gltf_cameras.h"
 #include "atlas/model/model_document.h"
 #include "atlas/model/model_parts.h"
-#include "atlas/model/surface_chunks.h"
+#include "atlas/model/surface/surface_chunks.h"
 
 namespace lumatlas {
 

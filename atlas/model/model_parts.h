@@ -6,9 +6,9 @@
 #include <optional>
 #include <vector>
 
-#include "atlas/model/coarse_surface.h"
 #include "atlas/model/model_form.h"
 #include "atlas/model/model_images.h"
+#include "atlas/model/surface/coarse_surface.h"
 
 namespace lumatlas {
 

@@ -13,8 +13,8 @@
 #include <thread>
 #include <vector>
 
-#include "tests/support/view_parts.h"
-#include "tests/support/wall_scenes.h"
+#include "tests/support/scenes/view_parts.h"
+#include "tests/support/scenes/wall_scenes.h"
 
 namespace lumatlas {
 namespace {

@@ -13,8 +13,8 @@
 #include "atlas/snapshot.h"
 #include "atlas/surface.h"
 #include "mesh/base/errors.h"
-#include "tests/support/far_scenes.h"
-#include "tests/support/plain_model.h"
+#include "tests/support/scenes/far_scenes.h"
+#include "tests/support/scenes/plain_model.h"
 #include "tests/support/temporary_folder.h"
 
 namespace lumatlas {

@@ -17,9 +17,9 @@
 #include "atlas/atlas.h"
 #include "atlas/colors/vertex_colors.h"
 #include "mesh/visibility/visibility.h"
-#include "tests/support/small_scenes.h"
-#include "tests/support/view_parts.h"
-#include "tests/support/wall_scenes.h"
+#include "tests/support/scenes/small_scenes.h"
+#include "tests/support/scenes/view_parts.h"
+#include "tests/support/scenes/wall_scenes.h"
 
 namespace lumatlas {
 namespace {

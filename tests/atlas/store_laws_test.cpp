@@ -13,8 +13,8 @@
 #include "atlas/atlas.h"
 #include "atlas/colors/vertex_colors.h"
 #include "atlas/model/model_file.h"
+#include "tests/support/scenes/wall_scenes.h"
 #include "tests/support/temporary_folder.h"
-#include "tests/support/wall_scenes.h"
 
 namespace {
 

@@ -12,8 +12,8 @@
 #include "blend/reference.h"
 #include "blend/renderer.h"
 #include "tests/support/gl_test_context.h"
-#include "tests/support/small_scenes.h"
-#include "tests/support/view_parts.h"
+#include "tests/support/scenes/small_scenes.h"
+#include "tests/support/scenes/view_parts.h"
 
 namespace lumatlas {
 namespace {

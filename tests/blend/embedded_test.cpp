@@ -14,7 +14,7 @@
 #include "blend/shaders.h"
 #include "tests/support/gl_test_context.h"
 #include "tests/support/rendering_difference.h"
-#include "tests/support/small_scenes.h"
+#include "tests/support/scenes/small_scenes.h"
 
 namespace lumatlas {
 namespace {

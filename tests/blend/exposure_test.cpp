@@ -8,8 +8,8 @@
 #include <limits>
 #include <random>
 
-#include "tests/support/view_parts.h"
-#include "tests/support/wall_scenes.h"
+#include "tests/support/scenes/view_parts.h"
+#include "tests/support/scenes/wall_scenes.h"
 
 namespace lumatlas {
 namespace {

@@ -10,8 +10,8 @@
 #include "blend/exposure.h"
 #include "blend/reference.h"
 #include "blend/renderer.h"
-#include "tests/support/far_scenes.h"
 #include "tests/support/gl_test_context.h"
+#include "tests/support/scenes/far_scenes.h"
 
 namespace lumatlas {
 namespace {

@@ -9,7 +9,7 @@
 #include "blend/renderer.h"
 #include "mesh/base/median.h"
 #include "tests/support/gl_test_context.h"
-#include "tests/support/small_scenes.h"
+#include "tests/support/scenes/small_scenes.h"
 
 namespace lumatlas {
 namespace {

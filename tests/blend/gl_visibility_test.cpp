@@ -17,8 +17,8 @@
 #include "blend/renderer.h"
 #include "blend/tables/cell_runs.h"
 #include "tests/support/gl_test_context.h"
-#include "tests/support/small_scenes.h"
-#include "tests/support/surfaces.h"
+#include "tests/support/scenes/small_scenes.h"
+#include "tests/support/scenes/surfaces.h"
 #include "tests/support/visibility_agreement.h"
 
 namespace lumatlas {

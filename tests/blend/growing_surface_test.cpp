@@ -8,7 +8,7 @@
 
 #include "blend/reference.h"
 #include "mesh/cells/cell_growth.h"
-#include "tests/support/small_scenes.h"
+#include "tests/support/scenes/small_scenes.h"
 
 namespace lumatlas {
 namespace {

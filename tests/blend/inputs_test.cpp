@@ -14,7 +14,7 @@
 #include "blend/supersampling.h"
 #include "blend/tables/cell_runs.h"
 #include "tests/support/gl_test_context.h"
-#include "tests/support/wall_scenes.h"
+#include "tests/support/scenes/wall_scenes.h"
 
 namespace lumatlas {
 namespace {

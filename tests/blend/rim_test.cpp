@@ -13,7 +13,7 @@
 #include "blend/reference.h"
 #include "blend/renderer.h"
 #include "tests/support/gl_test_context.h"
-#include "tests/support/wall_scenes.h"
+#include "tests/support/scenes/wall_scenes.h"
 
 namespace lumatlas {
 namespace {

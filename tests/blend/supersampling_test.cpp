@@ -16,8 +16,8 @@
 #include "blend/tables/tiles.h"
 #include "tests/support/gl_test_context.h"
 #include "tests/support/rendering_difference.h"
-#include "tests/support/small_scenes.h"
-#include "tests/support/wall_scenes.h"
+#include "tests/support/scenes/small_scenes.h"
+#include "tests/support/scenes/wall_scenes.h"
 
 namespace lumatlas {
 namespace {

@@ -20,9 +20,9 @@
 #include "planner/tile_choice.h"
 #include "tests/support/gl_test_context.h"
 #include "tests/support/rendering_difference.h"
-#include "tests/support/small_scenes.h"
-#include "tests/support/view_parts.h"
-#include "tests/support/wall_scenes.h"
+#include "tests/support/scenes/small_scenes.h"
+#include "tests/support/scenes/view_parts.h"
+#include "tests/support/scenes/wall_scenes.h"
 
 namespace lumatlas {
 namespace {

@@ -6,8 +6,8 @@
 
 #include "atlas/model/model_file.h"
 #include "tests/fuzz/sentence_laws.h"
-#include "tests/support/plain_model.h"
-#include "tests/support/wall_scenes.h"
+#include "tests/support/scenes/plain_model.h"
+#include "tests/support/scenes/wall_scenes.h"
 
 extern "C" int LLVMFuzzerInitialize(int* /*argument_count*/, char*** /*arguments*/) {
   std::filesystem::create_directories("model");

@@ -14,9 +14,9 @@
 #include <string>
 
 #include "atlas/model/model_file.h"
-#include "tests/support/plain_model.h"
 #include "tests/support/profiled_pictures.h"
-#include "tests/support/wall_scenes.h"
+#include "tests/support/scenes/plain_model.h"
+#include "tests/support/scenes/wall_scenes.h"
 #include "tools/scene/forms/colmap/colmap_writer.h"
 
 namespace {

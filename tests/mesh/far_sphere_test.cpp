@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-#include "tests/support/plain_camera.h"
+#include "tests/support/scenes/plain_camera.h"
 
 namespace lumatlas {
 namespace {

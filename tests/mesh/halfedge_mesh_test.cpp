@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "mesh/opposite_halfedges.h"
-#include "tests/support/surfaces.h"
+#include "tests/support/scenes/surfaces.h"
 
 namespace lumatlas {
 namespace {

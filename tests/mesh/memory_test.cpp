@@ -9,8 +9,8 @@
 #include "mesh/repair/holes.h"
 #include "mesh/repair/repair.h"
 #include "tests/support/allocation_peak.h"
+#include "tests/support/scenes/surfaces.h"
 #include "tests/support/skip.h"
-#include "tests/support/surfaces.h"
 
 namespace lumatlas {
 namespace {

@@ -14,7 +14,7 @@
 #include "mesh/repair/decimation.h"
 #include "mesh/repair/joined_faces.h"
 #include "mesh/visibility/ray_visibility.h"
-#include "tests/support/surfaces.h"
+#include "tests/support/scenes/surfaces.h"
 #include "tests/support/temporary_folder.h"
 
 namespace lumatlas {

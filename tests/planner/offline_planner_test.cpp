@@ -13,7 +13,7 @@
 #include <random>
 
 #include "planner/coverage/coverage_ledger.h"
-#include "tests/support/small_scenes.h"
+#include "tests/support/scenes/small_scenes.h"
 
 namespace lumatlas {
 namespace {

@@ -18,7 +18,7 @@
 #include "planner/planner.h"
 #include "planner/predicted_loss.h"
 #include "planner/pruning.h"
-#include "tests/support/small_scenes.h"
+#include "tests/support/scenes/small_scenes.h"
 
 namespace lumatlas {
 namespace {

@@ -13,7 +13,7 @@
 #include "planner/offline_planner.h"
 #include "planner/planner.h"
 #include "planner/predicted_loss.h"
-#include "tests/support/small_scenes.h"
+#include "tests/support/scenes/small_scenes.h"
 
 namespace lumatlas {
 namespace {

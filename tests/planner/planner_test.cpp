@@ -10,7 +10,7 @@
 #include "mesh/base/errors.h"
 #include "planner/refinement/surface_samples.h"
 #include "planner/surface_distance.h"
-#include "tests/support/small_scenes.h"
+#include "tests/support/scenes/small_scenes.h"
 
 namespace lumatlas {
 namespace {

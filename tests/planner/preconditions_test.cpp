@@ -21,7 +21,7 @@
 #include "planner/refinement/pose_estimate.h"
 #include "planner/refinement/surface_samples.h"
 #include "planner/surface_distance.h"
-#include "tests/support/relief_scenes.h"
+#include "tests/support/scenes/relief_scenes.h"
 
 namespace lumatlas {
 namespace {

@@ -9,7 +9,7 @@
 #include "planner/hindsight.h"
 #include "planner/planner.h"
 #include "planner/pruning.h"
-#include "tests/support/small_scenes.h"
+#include "tests/support/scenes/small_scenes.h"
 
 namespace lumatlas {
 namespace {

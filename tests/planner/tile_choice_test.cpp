@@ -10,8 +10,8 @@
 #include <stdexcept>
 
 #include "atlas/atlas.h"
-#include "tests/support/random_stream.h"
-#include "tests/support/wall_scenes.h"
+#include "tests/support/scenes/random_stream.h"
+#include "tests/support/scenes/wall_scenes.h"
 
 namespace lumatlas {
 namespace {

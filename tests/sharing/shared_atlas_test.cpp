@@ -16,7 +16,7 @@
 #include "planner/planner.h"
 #include "planner/tile_choice.h"
 #include "tests/support/gl_test_context.h"
-#include "tests/support/small_scenes.h"
+#include "tests/support/scenes/small_scenes.h"
 
 namespace lumatlas {
 namespace {

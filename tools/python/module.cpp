@@ -10,7 +10,7 @@
 #include "mesh/base/errors.h"
 #include "tools/base/error_sentence.h"
 #include "tools/base/output_folder.h"
-#include "tools/python/bindings.h"
+#include "tools/python/bindings/bindings.h"
 #include "tools/python/progress.h"
 
 namespace lumatlas::python {

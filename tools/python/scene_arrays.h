@@ -4,7 +4,7 @@
 
 #include <pybind11/pybind11.h>
 
-#include "tools/python/bindings.h"
+#include "tools/python/bindings/bindings.h"
 
 namespace lumatlas::python {
 

@@ -13,7 +13,7 @@
 
 #include "atlas/atlas.h"
 #include "atlas/colors/vertex_colors.h"
-#include "tests/support/wall_scenes.h"
+#include "tests/support/scenes/wall_scenes.h"
 
 namespace lumatlas {
 namespace {

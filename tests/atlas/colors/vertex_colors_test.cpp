@@ -6,8 +6,8 @@
 
 #include "atlas/atlas.h"
 #include "atlas/images/srgb.h"
-#include "tests/support/view_parts.h"
-#include "tests/support/wall_scenes.h"
+#include "tests/support/scenes/view_parts.h"
+#include "tests/support/scenes/wall_scenes.h"
 
 namespace lumatlas {
 namespace {

@@ -14,9 +14,9 @@
 #include "atlas/images/lower_resolution.h"
 #include "atlas/tiles/compressed_texels.h"
 #include "tests/support/allocation_peak.h"
+#include "tests/support/scenes/view_parts.h"
+#include "tests/support/scenes/wall_scenes.h"
 #include "tests/support/skip.h"
-#include "tests/support/view_parts.h"
-#include "tests/support/wall_scenes.h"
 
 namespace lumatlas {
 namespace {

@@ -15,8 +15,8 @@
 #include "atlas/images/pixel_list.h"
 #include "atlas/images/stored_photograph.h"
 #include "mesh/base/errors.h"
+#include "tests/support/scenes/wall_scenes.h"
 #include "tests/support/temporary_folder.h"
-#include "tests/support/wall_scenes.h"
 
 namespace lumatlas {
 namespace {

@@ -18,9 +18,9 @@
 #include "atlas/model/model_file.h"
 #include "mesh/base/errors.h"
 #include "mesh/base/number_text.h"
-#include "tests/support/plain_model.h"
+#include "tests/support/scenes/plain_model.h"
+#include "tests/support/scenes/wall_scenes.h"
 #include "tests/support/temporary_folder.h"
-#include "tests/support/wall_scenes.h"
 
 namespace lumatlas {
 namespace {

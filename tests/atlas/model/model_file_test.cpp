@@ -28,9 +28,9 @@
 #include "blend/reference.h"
 #include "mesh/base/errors.h"
 #include "mesh/upright.h"
-#include "tests/support/plain_model.h"
+#include "tests/support/scenes/plain_model.h"
+#include "tests/support/scenes/wall_scenes.h"
 #include "tests/support/temporary_folder.h"
-#include "tests/support/wall_scenes.h"
 
 namespace lumatlas {
 namespace {

@@ -8,10 +8,10 @@
 #include <vector>
 
 #include "atlas/model/model_file.h"
-#include "tests/support/far_scenes.h"
-#include "tests/support/plain_model.h"
+#include "tests/support/scenes/far_scenes.h"
+#include "tests/support/scenes/plain_model.h"
+#include "tests/support/scenes/wall_scenes.h"
 #include "tests/support/temporary_folder.h"
-#include "tests/support/wall_scenes.h"
 
 namespace lumatlas {
 namespace {

@@ -10,7 +10,7 @@
 #include <limits>
 #include <random>
 #include <vector>
-#include "tests/support/view_parts.h"
+#include "tests/support/scenes/view_parts.h"
 
 namespace lumatlas {
 namespace {

@@ -11,8 +11,8 @@
 #include <random>
 #include <set>
 
-#include "tests/support/small_scenes.h"
-#include "tests/support/wall_scenes.h"
+#include "tests/support/scenes/small_scenes.h"
+#include "tests/support/scenes/wall_scenes.h"
 
 namespace lumatlas {
 namespace {

@@ -12,7 +12,7 @@
 #include "blend/geometric_weight.h"
 #include "blend/renderer.h"
 #include "tests/support/gl_test_context.h"
-#include "tests/support/small_scenes.h"
+#include "tests/support/scenes/small_scenes.h"
 
 namespace lumatlas {
 namespace {

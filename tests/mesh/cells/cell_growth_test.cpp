@@ -14,7 +14,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "tests/support/surfaces.h"
+#include "tests/support/scenes/surfaces.h"
 
 namespace lumatlas {
 namespace {

@@ -16,7 +16,7 @@
 #include <stdexcept>
 
 #include "mesh/repair/repair.h"
-#include "tests/support/surfaces.h"
+#include "tests/support/scenes/surfaces.h"
 
 namespace lumatlas {
 namespace {

@@ -12,8 +12,8 @@
 #include <utility>
 
 #include "mesh/cells/cells.h"
+#include "tests/support/scenes/surfaces.h"
 #include "tests/support/skip.h"
-#include "tests/support/surfaces.h"
 
 namespace lumatlas {
 namespace {

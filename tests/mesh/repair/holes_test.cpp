@@ -11,7 +11,7 @@
 
 #include "mesh/opposite_halfedges.h"
 #include "mesh/repair/repair.h"
-#include "tests/support/surfaces.h"
+#include "tests/support/scenes/surfaces.h"
 
 namespace lumatlas {
 namespace {

@@ -3,7 +3,7 @@
 
 #include <catch2/catch.hpp>
 
-#include "tests/support/surfaces.h"
+#include "tests/support/scenes/surfaces.h"
 
 namespace lumatlas {
 namespace {

@@ -11,7 +11,7 @@
 #include <stdexcept>
 
 #include "mesh/base/errors.h"
-#include "tests/support/surfaces.h"
+#include "tests/support/scenes/surfaces.h"
 
 namespace lumatlas {
 namespace {

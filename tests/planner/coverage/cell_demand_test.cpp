@@ -12,7 +12,7 @@
 #include "planner/coverage/coverage_ledger.h"
 #include "planner/coverage/direction_coverage.h"
 #include "planner/planner.h"
-#include "tests/support/small_scenes.h"
+#include "tests/support/scenes/small_scenes.h"
 
 namespace lumatlas {
 namespace {

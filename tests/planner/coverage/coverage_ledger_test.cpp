@@ -8,7 +8,7 @@
 #include <set>
 
 #include "planner/coverage/direction_coverage.h"
-#include "tests/support/small_scenes.h"
+#include "tests/support/scenes/small_scenes.h"
 
 namespace lumatlas {
 namespace {

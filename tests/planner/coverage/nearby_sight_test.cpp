@@ -7,8 +7,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "tests/support/relief_scenes.h"
-#include "tests/support/wall_scenes.h"
+#include "tests/support/scenes/relief_scenes.h"
+#include "tests/support/scenes/wall_scenes.h"
 
 namespace lumatlas {
 namespace {

@@ -13,7 +13,7 @@
 
 #include "planner/refinement/photometry.h"
 #include "tests/support/refusal.h"
-#include "tests/support/relief_scenes.h"
+#include "tests/support/scenes/relief_scenes.h"
 
 namespace lumatlas {
 namespace {

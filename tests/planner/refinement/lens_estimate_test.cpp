@@ -13,7 +13,7 @@
 #include <stdexcept>
 
 #include "planner/planner.h"
-#include "tests/support/small_scenes.h"
+#include "tests/support/scenes/small_scenes.h"
 
 namespace lumatlas {
 namespace {

@@ -16,7 +16,7 @@
 #include <vector>
 
 #include "planner/planner.h"
-#include "tests/support/relief_scenes.h"
+#include "tests/support/scenes/relief_scenes.h"
 
 namespace lumatlas {
 namespace {

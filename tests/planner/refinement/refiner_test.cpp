@@ -19,7 +19,7 @@
 
 #include "planner/planner.h"
 #include "tests/support/refusal.h"
-#include "tests/support/relief_scenes.h"
+#include "tests/support/scenes/relief_scenes.h"
 
 namespace lumatlas {
 namespace {

@@ -18,7 +18,7 @@
 #include "atlas/atlas.h"
 #include "mesh/far_sphere.h"
 #include "tests/support/refusal.h"
-#include "tests/support/wall_scenes.h"
+#include "tests/support/scenes/wall_scenes.h"
 
 namespace lumatlas {
 namespace {

@@ -11,7 +11,7 @@
 #include <string>
 
 #include "tests/support/refusal.h"
-#include "tests/support/relief_scenes.h"
+#include "tests/support/scenes/relief_scenes.h"
 
 namespace lumatlas {
 namespace {

@@ -16,7 +16,7 @@
 #include "planner/hindsight.h"
 #include "planner/predicted_loss.h"
 #include "planner/tile_choice.h"
-#include "tests/support/small_scenes.h"
+#include "tests/support/scenes/small_scenes.h"
 #include "tools/budget/thinned_views.h"
 #include "tools/score/measures/scores.h"
 

@@ -16,7 +16,7 @@
 #include <vector>
 
 #include "mesh/readers/mesh_file.h"
-#include "tests/support/plain_model.h"
+#include "tests/support/scenes/plain_model.h"
 #include "tests/support/skip.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/tools/cli/program.h"

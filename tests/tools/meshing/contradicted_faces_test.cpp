@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "mesh/visibility/visibility.h"
-#include "tests/support/wall_scenes.h"
+#include "tests/support/scenes/wall_scenes.h"
 
 namespace lumatlas {
 namespace {

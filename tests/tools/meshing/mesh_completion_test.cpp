@@ -5,7 +5,7 @@
 #include <catch2/catch.hpp>
 
 #include "mesh/base/errors.h"
-#include "tests/support/relief_scenes.h"
+#include "tests/support/scenes/relief_scenes.h"
 
 namespace lumatlas {
 namespace {

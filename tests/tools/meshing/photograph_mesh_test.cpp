@@ -10,7 +10,7 @@
 
 #include "mesh/base/errors.h"
 #include "mesh/readers/mesh_file.h"
-#include "tests/support/relief_scenes.h"
+#include "tests/support/scenes/relief_scenes.h"
 #include "tests/support/temporary_folder.h"
 #include "tools/scene/forms/colmap/colmap_writer.h"
 

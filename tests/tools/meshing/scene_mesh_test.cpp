@@ -7,7 +7,7 @@
 #include "mesh/base/errors.h"
 #include "mesh/readers/mesh_file.h"
 #include "tests/support/colmap_bytes.h"
-#include "tests/support/surfaces.h"
+#include "tests/support/scenes/surfaces.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/tools/meshing/seen_sphere.h"
 #include "tools/scene/forms/colmap/colmap_writer.h"

@@ -8,7 +8,7 @@
 #include <limits>
 
 #include "mesh/base/errors.h"
-#include "tests/support/small_scenes.h"
+#include "tests/support/scenes/small_scenes.h"
 #include "tools/picture/frame_renderer.h"
 #include "tools/picture/mode_picture.h"
 #include "tools/score/report/error_picture.h"

@@ -6,7 +6,7 @@
 #include <glm/geometric.hpp>
 
 #include "planner/refinement/photometry.h"
-#include "tests/support/relief_scenes.h"
+#include "tests/support/scenes/relief_scenes.h"
 #include "tools/score/measures/scores.h"
 
 namespace lumatlas {

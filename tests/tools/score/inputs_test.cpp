@@ -5,8 +5,8 @@
 #include <optional>
 #include <stdexcept>
 
-#include "tests/support/small_scenes.h"
-#include "tests/support/wall_scenes.h"
+#include "tests/support/scenes/small_scenes.h"
+#include "tests/support/scenes/wall_scenes.h"
 #include "tools/base/progress.h"
 #include "tools/score/unbounded.h"
 

@@ -7,7 +7,7 @@
 #include <cstring>
 #include <string>
 
-#include "tests/support/relief_scenes.h"
+#include "tests/support/scenes/relief_scenes.h"
 #include "tools/stereo/agreeing_depths.h"
 #include "tools/stereo/patch_match.h"
 #include "tools/stereo/stereo_neighbors.h"

@@ -9,7 +9,7 @@
 #include <string>
 
 #include "mesh/base/errors.h"
-#include "tests/support/relief_scenes.h"
+#include "tests/support/scenes/relief_scenes.h"
 #include "tests/support/temporary_folder.h"
 #include "tools/stereo/stereo_points.h"
 

@@ -17,8 +17,8 @@
 #include "atlas/images/srgb.h"
 #include "mesh/base/errors.h"
 #include "tests/support/refusal.h"
-#include "tests/support/relief_scenes.h"
-#include "tests/support/small_scenes.h"
+#include "tests/support/scenes/relief_scenes.h"
+#include "tests/support/scenes/small_scenes.h"
 
 namespace lumatlas {
 namespace {

@@ -14,7 +14,7 @@
 #include "mesh/base/errors.h"
 #include "mesh/readers/mesh_file.h"
 #include "mesh/upright.h"
-#include "tests/support/small_scenes.h"
+#include "tests/support/scenes/small_scenes.h"
 #include "tests/support/temporary_folder.h"
 
 namespace lumatlas {

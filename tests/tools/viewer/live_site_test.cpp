@@ -19,8 +19,8 @@
 
 #include "atlas/model/content_digest.h"
 #include "blend/tables/cell_shares.h"
-#include "tests/support/small_scenes.h"
-#include "tests/support/view_parts.h"
+#include "tests/support/scenes/small_scenes.h"
+#include "tests/support/scenes/view_parts.h"
 
 namespace lumatlas {
 namespace {

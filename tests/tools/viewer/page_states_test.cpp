@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-#include "tests/support/small_scenes.h"
+#include "tests/support/scenes/small_scenes.h"
 #include "tests/tools/viewer/browser.h"
 #include "tests/tools/viewer/test_site.h"
 

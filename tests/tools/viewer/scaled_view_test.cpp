@@ -5,8 +5,8 @@
 #include <stdexcept>
 
 #include "atlas/images/image_levels.h"
-#include "tests/support/small_scenes.h"
-#include "tests/support/view_parts.h"
+#include "tests/support/scenes/small_scenes.h"
+#include "tests/support/scenes/view_parts.h"
 
 namespace lumatlas {
 namespace {

@@ -18,9 +18,9 @@
 
 #include "atlas/model/content_digest.h"
 #include "atlas/model/model_file.h"
-#include "tests/support/small_scenes.h"
+#include "tests/support/scenes/small_scenes.h"
+#include "tests/support/scenes/view_parts.h"
 #include "tests/support/temporary_folder.h"
-#include "tests/support/view_parts.h"
 
 namespace lumatlas {
 namespace {

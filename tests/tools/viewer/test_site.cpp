@@ -5,7 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
-#include "tests/support/small_scenes.h"
+#include "tests/support/scenes/small_scenes.h"
 #include "tests/support/temporary_folder.h"
 
 namespace lumatlas {

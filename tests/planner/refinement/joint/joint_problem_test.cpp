@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "planner/refinement/photometry.h"
-#include "tests/support/relief_scenes.h"
+#include "tests/support/scenes/relief_scenes.h"
 
 namespace lumatlas {
 namespace {

@@ -11,7 +11,7 @@
 
 #include "planner/refinement/lens_estimate.h"
 #include "planner/refinement/pose_estimate.h"
-#include "tests/support/relief_scenes.h"
+#include "tests/support/scenes/relief_scenes.h"
 
 namespace lumatlas {
 namespace {

@@ -15,7 +15,7 @@
 #include <vector>
 
 #include "atlas/images/photograph.h"
-#include "tests/support/synth_files.h"
+#include "tests/support/scenes/synth_files.h"
 #include "tests/support/temporary_folder.h"
 #include "tools/lab/synth/synth.h"
 #include "tools/scene/forms/colmap/colmap.h"

@@ -14,7 +14,7 @@
 
 #include "mesh/readers/mesh_file.h"
 #include "mesh/visibility/visibility.h"
-#include "tests/support/synth_files.h"
+#include "tests/support/scenes/synth_files.h"
 #include "tests/support/temporary_folder.h"
 #include "tools/lab/synth/errors/passer_by.h"
 #include "tools/lab/synth/random.h"

@@ -10,8 +10,8 @@
 #include <vector>
 
 #include "mesh/readers/mesh_file.h"
-#include "tests/support/surfaces.h"
-#include "tests/support/synth_files.h"
+#include "tests/support/scenes/surfaces.h"
+#include "tests/support/scenes/synth_files.h"
 #include "tests/support/temporary_folder.h"
 #include "tools/lab/synth/scan.h"
 #include "tools/lab/synth/synth.h"

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "mesh/readers/mesh_file.h"
-#include "tests/support/surfaces.h"
+#include "tests/support/scenes/surfaces.h"
 #include "tests/support/temporary_folder.h"
 #include "tools/lab/synth/synth.h"
 

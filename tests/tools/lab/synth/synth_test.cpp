@@ -18,7 +18,7 @@
 #include "atlas/images/photograph.h"
 #include "mesh/base/errors.h"
 #include "mesh/readers/mesh_file.h"
-#include "tests/support/synth_files.h"
+#include "tests/support/scenes/synth_files.h"
 #include "tests/support/temporary_folder.h"
 #include "tools/lab/synth/kinds.h"
 #include "tools/lab/synth/random.h"

@@ -6,7 +6,7 @@
 #include <random>
 #include <stdexcept>
 
-#include "tests/support/plain_camera.h"
+#include "tests/support/scenes/plain_camera.h"
 #include "tests/tools/meshing/seen_sphere.h"
 
 namespace lumatlas {

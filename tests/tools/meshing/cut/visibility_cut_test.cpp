@@ -8,7 +8,7 @@
 #include <set>
 #include <stdexcept>
 
-#include "tests/support/surfaces.h"
+#include "tests/support/scenes/surfaces.h"
 #include "tests/tools/meshing/seen_sphere.h"
 
 namespace lumatlas {

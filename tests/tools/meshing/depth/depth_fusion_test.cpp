@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "mesh/repair/repair.h"
-#include "tests/support/surfaces.h"
+#include "tests/support/scenes/surfaces.h"
 
 namespace lumatlas {
 namespace {

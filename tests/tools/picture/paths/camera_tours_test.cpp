@@ -9,7 +9,7 @@
 #include <set>
 
 #include "mesh/upright.h"
-#include "tests/support/small_scenes.h"
+#include "tests/support/scenes/small_scenes.h"
 #include "tools/picture/paths/spline.h"
 
 namespace lumatlas {

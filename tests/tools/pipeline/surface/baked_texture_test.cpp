@@ -15,7 +15,7 @@
 
 #include "atlas/images/srgb.h"
 #include "atlas/model/model_file.h"
-#include "tests/support/relief_scenes.h"
+#include "tests/support/scenes/relief_scenes.h"
 #include "tests/support/temporary_folder.h"
 #include "tools/lab/synth/synth.h"
 #include "tools/pipeline/build_model.h"

@@ -12,7 +12,7 @@
 #include <utility>
 
 #include "mesh/readers/mesh_file.h"
-#include "tests/support/relief_scenes.h"
+#include "tests/support/scenes/relief_scenes.h"
 #include "tests/support/temporary_folder.h"
 #include "tools/pipeline/build_model.h"
 #include "tools/scene/forms/colmap/colmap_writer.h"

@@ -10,9 +10,9 @@
 
 #include "atlas/images/srgb.h"
 #include "mesh/readers/mesh_file.h"
-#include "tests/support/relief_scenes.h"
+#include "tests/support/scenes/relief_scenes.h"
+#include "tests/support/scenes/wall_scenes.h"
 #include "tests/support/temporary_folder.h"
-#include "tests/support/wall_scenes.h"
 #include "tools/pipeline/build_model.h"
 #include "tools/pipeline/surface/completed_surface.h"
 #include "tools/scene/forms/colmap/colmap_writer.h"

@@ -8,7 +8,7 @@
 #include <glm/gtc/matrix_transform.hpp>
 #include <vector>
 
-#include "tests/support/wall_scenes.h"
+#include "tests/support/scenes/wall_scenes.h"
 
 namespace lumatlas {
 namespace {

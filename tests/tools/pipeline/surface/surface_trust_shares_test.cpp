@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "mesh/visibility/visibility.h"
-#include "tests/support/wall_scenes.h"
+#include "tests/support/scenes/wall_scenes.h"
 
 namespace lumatlas {
 namespace {

@@ -7,7 +7,7 @@
 #include <functional>
 #include <glm/glm.hpp>
 
-#include "tests/support/wall_scenes.h"
+#include "tests/support/scenes/wall_scenes.h"
 
 namespace lumatlas {
 namespace {

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "mesh/visibility/visibility.h"
-#include "tests/support/wall_scenes.h"
+#include "tests/support/scenes/wall_scenes.h"
 #include "tools/lab/synth/errors/disturbance.h"
 
 namespace lumatlas {

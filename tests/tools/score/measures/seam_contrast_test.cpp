@@ -6,7 +6,7 @@
 #include <functional>
 #include <random>
 
-#include "tests/support/wall_scenes.h"
+#include "tests/support/scenes/wall_scenes.h"
 
 namespace lumatlas {
 namespace {

@@ -10,7 +10,7 @@
 #include <random>
 
 #include "tests/support/refusal.h"
-#include "tests/support/surfaces.h"
+#include "tests/support/scenes/surfaces.h"
 
 namespace lumatlas {
 namespace {

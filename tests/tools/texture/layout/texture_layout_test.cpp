@@ -6,7 +6,7 @@
 
 #include "mesh/base/errors.h"
 #include "tests/support/refusal.h"
-#include "tests/support/surfaces.h"
+#include "tests/support/scenes/surfaces.h"
 #include "tools/texture/layout/chart_texels.h"
 
 namespace lumatlas {

@@ -13,7 +13,7 @@
 #include "tools/base/elapsed.h"
 #include "tools/base/output_folder.h"
 #include "tools/meshing/mesh_json.h"
-#include "tools/python/bindings.h"
+#include "tools/python/bindings/bindings.h"
 #include "tools/python/mesh_sources.h"
 #include "tools/python/progress.h"
 #include "tools/stereo/scene_stereo.h"

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "mesh/base/errors.h"
-#include "tools/python/bindings.h"
+#include "tools/python/bindings/bindings.h"
 #include "tools/python/pictures.h"
 #include "tools/python/scene_arrays.h"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "atlas/model/surface_chunks.h"
+#include "atlas/model/surface/surface_chunks.h"
 
 #include <algorithm>
 #include <bit>
@@ -8,7 +8,7 @@
 #include <limits>
 #include <utility>
 
-#include "atlas/model/written_mesh.h"
+#include "atlas/model/surface/written_mesh.h"
 
 namespace lumatlas {
 

@@ -18,7 +18,7 @@
 #include "tools/picture/model_tour.h"
 #include "tools/picture/picture_output.h"
 #include "tools/python/arrays.h"
-#include "tools/python/bindings.h"
+#include "tools/python/bindings/bindings.h"
 #include "tools/python/model.h"
 #include "tools/python/names.h"
 #include "tools/python/pictures.h"

@@ -9,7 +9,7 @@
 #include "tools/inspection/inspection.h"
 #include "tools/pipeline/output/model_inspection.h"
 #include "tools/pipeline/surface/completed_surface.h"
-#include "tools/python/bindings.h"
+#include "tools/python/bindings/bindings.h"
 #include "tools/python/mesh_frames.h"
 #include "tools/python/model.h"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "atlas/model/surface_chunks.h"
+#include "atlas/model/surface/surface_chunks.h"
 
 #include <algorithm>
 #include <array>
@@ -24,10 +24,10 @@
 #include "atlas/model/model_file.h"
 #include "blend/tables/cell_shares.h"
 #include "mesh/base/errors.h"
-#include "tests/support/far_scenes.h"
-#include "tests/support/plain_model.h"
+#include "tests/support/scenes/far_scenes.h"
+#include "tests/support/scenes/plain_model.h"
+#include "tests/support/scenes/wall_scenes.h"
 #include "tests/support/temporary_folder.h"
-#include "tests/support/wall_scenes.h"
 
 namespace lumatlas {
 namespace {

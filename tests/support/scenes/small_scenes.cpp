@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "tests/support/small_scenes.h"
+#include "tests/support/scenes/small_scenes.h"
 
 #include <cmath>
 #include <glm/glm.hpp>

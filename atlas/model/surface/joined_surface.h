@@ -9,7 +9,7 @@
 #include <memory>
 #include <vector>
 
-#include "atlas/model/surface_file.h"
+#include "atlas/model/surface/surface_file.h"
 #include "atlas/reference_table.h"
 #include "atlas/surface.h"
 

@@ -8,7 +8,7 @@
 #include <stdexcept>
 
 #include "tools/picture/paths/camera_path.h"
-#include "tools/python/bindings.h"
+#include "tools/python/bindings/bindings.h"
 
 namespace lumatlas::python {
 

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "atlas/atlas.h"
-#include "tests/support/wall_scenes.h"
+#include "tests/support/scenes/wall_scenes.h"
 
 namespace lumatlas {
 

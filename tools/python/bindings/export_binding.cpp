@@ -8,7 +8,7 @@
 
 #include "tools/base/output_folder.h"
 #include "tools/export/export_model.h"
-#include "tools/python/bindings.h"
+#include "tools/python/bindings/bindings.h"
 #include "tools/python/codings.h"
 #include "tools/python/model.h"
 #include "tools/python/names.h"

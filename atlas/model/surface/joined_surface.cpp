@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "atlas/model/joined_surface.h"
+#include "atlas/model/surface/joined_surface.h"
 
 #include <algorithm>
 #include <numeric>

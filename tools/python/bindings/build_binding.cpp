@@ -16,7 +16,7 @@
 #include "tools/pipeline/given_build_settings.h"
 #include "tools/pipeline/model_budget.h"
 #include "tools/pipeline/output/save_model.h"
-#include "tools/python/bindings.h"
+#include "tools/python/bindings/bindings.h"
 #include "tools/python/codings.h"
 #include "tools/python/mesh_frames.h"
 #include "tools/python/model.h"

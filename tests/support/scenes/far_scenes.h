@@ -7,7 +7,7 @@
 
 #include "atlas/atlas.h"
 #include "mesh/far_sphere.h"
-#include "tests/support/wall_scenes.h"
+#include "tests/support/scenes/wall_scenes.h"
 
 namespace lumatlas {
 

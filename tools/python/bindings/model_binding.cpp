@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "blend/tables/tiles.h"
-#include "tools/python/bindings.h"
+#include "tools/python/bindings/bindings.h"
 #include "tools/python/model.h"
 #include "tools/python/pictures.h"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "atlas/model/written_mesh.h"
+#include "atlas/model/surface/written_mesh.h"
 
 #include <meshoptimizer.h>
 

@@ -7,7 +7,7 @@
 
 #include "mesh/base/errors.h"
 #include "tools/pipeline/refinement/lens_notes.h"
-#include "tools/python/bindings.h"
+#include "tools/python/bindings/bindings.h"
 #include "tools/python/model.h"
 #include "tools/python/progress.h"
 #include "tools/score/validation.h"

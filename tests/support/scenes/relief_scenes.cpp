@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "tests/support/relief_scenes.h"
+#include "tests/support/scenes/relief_scenes.h"
 
 #include <array>
 #include <cmath>

@@ -9,7 +9,7 @@
 #include "tools/base/output_folder.h"
 #include "tools/capture/capture.h"
 #include "tools/capture/capture_json.h"
-#include "tools/python/bindings.h"
+#include "tools/python/bindings/bindings.h"
 #include "tools/python/mesh_sources.h"
 #include "tools/python/names.h"
 #include "tools/python/progress.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "atlas/model/coarse_surface.h"
+#include "atlas/model/surface/coarse_surface.h"
 
 #include <algorithm>
 #include <catch2/catch.hpp>

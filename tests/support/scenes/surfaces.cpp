@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "tests/support/surfaces.h"
+#include "tests/support/scenes/surfaces.h"
 
 #include <algorithm>
 #include <array>

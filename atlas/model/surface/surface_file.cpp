@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "atlas/model/surface_file.h"
+#include "atlas/model/surface/surface_file.h"
 
 #include <algorithm>
 #include <cmath>
