@@ -107,7 +107,7 @@ export class LumatlasViewerElement extends Base {
     this.setAttribute('src', source);
   }
 
-  // Shows another model. Resolves when all is there that can be had; throws if the model cannot be had.
+  // Shows another model. Resolves once every file is loaded that the server has. Throws if there is no model.
   /** @param {string} source @returns {Promise<void>} */
   load(source) {
     if (!this.isConnected) return Promise.reject(new Error('the element is not in a document, where it would load'));

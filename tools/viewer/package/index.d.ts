@@ -3,7 +3,7 @@
 /** x, y, z in the model's coordinates. */
 export type Vector = number[];
 
-/** A camera as one gets it. Directions have the length 1. */
+/** The camera that the element has. Directions have the length 1. */
 export interface ViewerCamera {
   position: Vector;
   /** Where it looks. */
@@ -14,7 +14,7 @@ export interface ViewerCamera {
   fov: number;
 }
 
-/** A camera as one sets it. What is left out stays as it is; `up` is the model's then. */
+/** A camera to set. Fields that are absent stay as they are, except `up`, which becomes the model's. */
 export interface WantedCamera {
   position?: Vector;
   direction?: Vector;
@@ -26,11 +26,11 @@ export interface WantedCamera {
 }
 
 export interface LumatlasViewerEventMap {
-  /** All is there that can be had. */
+  /** Every file is loaded that the server has. */
   load: CustomEvent<null>;
-  /** Another photograph came, or could not be had. */
+  /** Another photograph was loaded, or failed to load. `total` counts the model's photographs. */
   progress: CustomEvent<{done: number, total: number}>;
-  /** Something cannot be had. Unless it is final, the element goes on trying. */
+  /** A file failed to load. Unless that is final, the element asks for it again. */
   error: CustomEvent<{message: string, final: boolean}>;
   /** The camera has moved; at most once a frame. */
   viewchange: CustomEvent<ViewerCamera>;
@@ -40,7 +40,7 @@ export interface LumatlasViewerEventMap {
 export class LumatlasViewerElement extends HTMLElement {
   /** The address of a model: a folder, its tileset.json, or a .glb. */
   src: string;
-  /** Shows another model. Resolves with the event "load", and rejects where the model cannot be had. */
+  /** Shows another model. Resolves with the event "load", and rejects if the model cannot be loaded. */
   load(src: string): Promise<void>;
   /** Moves the camera to a photograph, given by its name or number, or to a given camera. `duration`: of the movement,
    *  milliseconds, 700 by default. Resolves on arrival, or when the visitor moves the camera. Rejects with a RangeError

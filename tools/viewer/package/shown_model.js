@@ -73,7 +73,7 @@ export class ShownModel {
     this.listener.failed(error.message, true);
   }
 
-  // Resolves when all is there that can be had. Throws if the model cannot be had, or once it is closed.
+  // Resolves once every file is loaded that the server has. Throws if there is no model, or once it is closed.
   async load() {
     const {viewer, listener} = this;
     try {

@@ -11,7 +11,7 @@ export interface LoadOptions {
 }
 
 export interface LumatlasObjectEventMap extends Object3DEventMap {
-  /** A picture of it would be another one now: for pages that draw only when something has changed. */
+  /** The model would look different in the next frame. Pages that draw on demand draw one then. */
   change: {};
 }
 
@@ -22,9 +22,9 @@ export class LumatlasObject extends Object3D<LumatlasObjectEventMap> {
   static load(src: string, renderer: WebGLRenderer, options?: LoadOptions): Promise<LumatlasObject>;
   private constructor();
   readonly isLumatlasObject: true;
-  /** Resolves when all is there that can be had. */
+  /** Resolves once every file is loaded that the server has. */
   readonly loaded: Promise<void>;
-  /** Pixels of its picture for each of three's, along a side, in (0, 1]; fewer are drawn faster. */
+  /** Side of the model's picture as a share of that of three's, in (0, 1]; fewer pixels are drawn faster. */
   resolution: number;
   /** Whether the far sphere, which shows sky and distant surroundings, is drawn. */
   far: boolean;
@@ -35,7 +35,7 @@ export class LumatlasObject extends Object3D<LumatlasObjectEventMap> {
   /** What is up in the model, in the object's own coordinates: x, y, z. */
   readonly modelUp: [number, number, number];
   /** Puts a camera where a photograph was taken, by name or number, so that its picture shows all of it; without one,
-   *  where the model is seen first. The object's world matrix is to be up to date. Throws a RangeError if there is no
+   *  where the model is seen first. The object's world matrix must be up to date. Throws a RangeError if there is no
    *  such photograph. */
   placeCamera(camera: PerspectiveCamera, view?: string | number): void;
   /** Takes it out of its scene, and deletes what is on the GPU. */

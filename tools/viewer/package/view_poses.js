@@ -17,7 +17,7 @@ export function cameraOf({position, rotation}, fov) {
 /** @param {string} name @param {Vector} value */
 function checkVector(name, value) {
   if (value.length === 3 && [...value].every(Number.isFinite)) return;
-  throw new RangeError(`the camera's ${name} is to be three numbers, not ${JSON.stringify(value)}`);
+  throw new RangeError(`the camera's ${name} must be three numbers, is ${JSON.stringify(value)}`);
 }
 
 // Returns the pose and the angle of a wanted camera. What it does not say is as the visitor has it; up is what is up in
@@ -28,10 +28,12 @@ export function placeOf(wanted, navigation) {
   const direction = wanted.direction ?? (wanted.target && subtract(wanted.target, position));
   checkVector('position', position);
   checkVector('up', up);
-  if (!(fov > 0 && fov < MOST_FOV)) throw new RangeError(`the camera's fov is to be in (0, ${MOST_FOV}), not ${fov}`);
+  if (!(fov > 0 && fov < MOST_FOV)) {
+    throw new RangeError(`the camera's fov must be in (0, ${MOST_FOV}) degrees, is ${fov}`);
+  }
   if (!direction) return {pose: {position: [...position], rotation: [...navigation.pose.rotation]}, fov};
   checkVector('direction', direction);
-  if (!(length(direction) > 0)) throw new RangeError('the camera is to look somewhere else than to its own position');
+  if (!(length(direction) > 0)) throw new RangeError('the target of the camera must differ from its position');
   return {pose: {position: [...position], rotation: lookingAlong(direction, up)}, fov};
 }
 
