@@ -280,11 +280,13 @@ void Refiner::erased(ViewSlot slot) {
 
 void Refiner::balance_exposures() {
   if (!options_.alignment.exposure) return;
-  const std::vector<glm::dvec3> gains = exposures_.solve(options_.alignment.white_balance);
+  const auto& given = options_.given_gain;
+  const std::vector<glm::dvec3> gains =
+      given ? std::vector<glm::dvec3>() : exposures_.solve(options_.alignment.white_balance);
   for (ViewSlot slot{0}; slot < views_.size(); ++slot) {
     if (!views_[slot]) continue;
-    views_[slot]->gain = gains[slot];
-    atlas_.set_gain(slot, gains[slot]);
+    views_[slot]->gain = given ? given(views_[slot]->view->name) : gains[slot];
+    atlas_.set_gain(slot, views_[slot]->gain);
   }
 }
 

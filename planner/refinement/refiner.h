@@ -51,6 +51,9 @@ struct RefinementOptions {
   // Called by polish(), solve_poses(), settle(), estimate_lenses(), correct_lenses() and Pruning between one view and
   // the next. Interrupted, some views may have been changed and others not; each is as consistent as before.
   InterruptionPoint interruption_point = {};
+  // Returns the gain of the view of that name, which it then keeps: exposures that were balanced elsewhere, for example
+  // over all blocks of a city. Empty: stored views are balanced among each other.
+  std::function<glm::dvec3(const std::string& name)> given_gain = {};
 
   [[nodiscard]] bool any() const { return alignment.pose || alignment.exposure; }
 };

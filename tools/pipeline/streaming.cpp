@@ -27,6 +27,19 @@ PhotographSource photograph_of(const SceneView& view, PlannedView& planned) {
 
 }  // namespace
 
+Stream stream_of(const std::vector<SceneView>& views, const std::vector<std::size_t>& ranks) {
+  Stream stream;
+  stream.reserve(ranks.size());
+  for (const std::size_t rank : ranks) stream.push_back(&views[rank]);
+  return stream;
+}
+
+Stream stream_of(const std::vector<SceneView>& views) {
+  Stream stream;
+  for (const SceneView& view : views) stream.push_back(&view);
+  return stream;
+}
+
 void require_names_that_a_model_can_hold(const Stream& stream) {
   for (const SceneView* view : stream) {
     try {

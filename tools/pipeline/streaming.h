@@ -18,6 +18,10 @@ namespace lumatlas {
 // The views in the order in which they are offered.
 using Stream = std::vector<const SceneView*>;
 
+// Returns those of these ranks, in their order, or all.
+[[nodiscard]] Stream stream_of(const std::vector<SceneView>& views, const std::vector<std::size_t>& ranks);
+[[nodiscard]] Stream stream_of(const std::vector<SceneView>& views);
+
 // A model is JSON, whose texts are UTF-8: under another name a view could not be found again. Throws InputError.
 void require_names_that_a_model_can_hold(const Stream& stream);
 // Throws InputError for a view that alone takes more than `max_bytes` (0: no bound), as stored_bytes() counts.
