@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include <algorithm>
+#include <array>
 #include <chrono>
 #include <filesystem>
 #include <iostream>
@@ -23,17 +25,31 @@ namespace lumatlas {
 namespace {
 
 struct SynthFlags {
-  std::string kind, trajectory;
+  std::string kind, trajectory, district = "1x1";
   std::filesystem::path output;
   SynthOptions options;
   bool json_output = false;
   bool quiet = false;
 };
 
+// Returns the numbers of "6x4". Throws CLI::ValidationError.
+std::array<std::uint32_t, 2> district_named(const std::string& text) {
+  const std::size_t middle = text.find('x');
+  const auto number = [&](std::size_t first, std::size_t count) -> std::uint32_t {
+    const std::string part = middle == std::string::npos ? "" : text.substr(first, count);
+    const bool whole = !part.empty() && part.size() <= 3 &&
+                       std::all_of(part.begin(), part.end(), [](char c) { return c >= '0' && c <= '9'; });
+    if (!whole) throw CLI::ValidationError("--district", text + " is not two numbers such as 6x4");
+    return static_cast<std::uint32_t>(std::stoul(part));
+  };
+  return {number(0, middle), number(middle + 1, std::string::npos)};
+}
+
 void run(SynthFlags flags) {
   const auto start = std::chrono::steady_clock::now();
   flags.options.kind = synth_kind_named(flags.kind);
   if (!flags.trajectory.empty()) flags.options.trajectory = synth_trajectory_named(flags.trajectory);
+  flags.options.district = district_named(flags.district);
   check_usage(flags.options);
   OutputFolder output(flags.output, "synth");
   {
@@ -52,6 +68,7 @@ void run(SynthFlags flags) {
                  {"fov", o.fov_deg},
                  {"samples", o.samples},
                  {"triangles", o.triangles},
+                 {"district", o.district},
                  {"path_frames", o.path_frames},
                  {"path_step", o.path_step},
                  {"test_views", o.test_views},
@@ -149,6 +166,8 @@ void add_synth_command(CLI::App& program) {
   begin_group(*command, "Mesh");
   count("--triangles", options.triangles, "N", "About this many");
   count("--seed", options.seed, "N", "Of shapes, patterns and the grain of the photographs");
+  command->add_option("--district", flags->district, "Of the village: different ones side by side, along x and y")
+      ->type_name("NxM");
   begin_group(*command, "Truth to score against");
   count("--path-frames", options.path_frames, "N",
         "Also write DIR/path, consecutive frames of a smooth path, for `lumatlas validate --flicker`");

@@ -78,6 +78,8 @@ namespace synth {
 
 Scene make_scene(const SynthOptions& options) {
   check(options);
+  const auto [columns, rows] = options.district;
+  if (columns > 1 || rows > 1) return make_district(options.seed, options.triangles, columns, rows);
   return synth_kind(options.kind).make(options.seed, options.triangles);
 }
 

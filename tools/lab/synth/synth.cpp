@@ -203,6 +203,10 @@ void check(const SynthOptions& options) {
   require(options.fov_deg > 0 && options.fov_deg <= 170, "fov_deg", options.fov_deg, "in (0, 170]");
   require(options.samples >= 1 && options.samples <= 1024, "samples", options.samples, "in [1, 1024]");
   require(options.triangles >= 1 && options.triangles <= 20000000, "triangles", options.triangles, "in [1, 20000000]");
+  for (const std::uint32_t villages : options.district) {
+    require(villages >= 1 && villages <= 100, "district", villages, "in [1, 100]");
+    require(villages == 1 || options.kind == SynthKind::village, "district", villages, "1, for this is no village");
+  }
   require(options.path_frames <= 100000, "path_frames", options.path_frames, "in [0, 100000]");
   require(options.test_views <= 100000, "test_views", options.test_views, "in [0, 100000]");
   require(std::isfinite(options.path_step) && options.path_step > 0, "path_step", options.path_step,

@@ -3,6 +3,7 @@
 // photographs traced along the way. Lengths are about metres, z is up. Same options, same bytes.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <filesystem>
 #include <functional>
@@ -59,6 +60,8 @@ struct SynthOptions {
   std::uint32_t height = 240;                 // pixels, [16, 8192]
   double fov_deg = 75;                        // horizontal field of view, (0, 170]
   std::uint32_t samples = 12;  // light paths per pixel, [1, 1024]; noise falls with the square root at worst
+  // Villages along x and y, each in [1, 100]; more than one for SynthKind::village alone.
+  std::array<std::uint32_t, 2> district{1, 1};
   // About how many the mesh has, [1, 20000000]; the shapes are the same, cut more or less finely.
   std::uint32_t triangles = 30000;
   SynthDisturbances disturbances;
@@ -135,6 +138,13 @@ struct Scene {
 [[nodiscard]] Scene make_apartment(std::uint64_t seed, std::uint32_t triangles);
 // Streets of gabled houses and gardens round a market place, in the open; 60 units across, mostly diffuse.
 [[nodiscard]] Scene make_village(std::uint64_t seed, std::uint32_t triangles);
+// The same without its tessellation, for districts.
+inline constexpr double kVillageSide = 60;  // scene units
+[[nodiscard]] Scene untessellated_village(std::uint64_t seed);
+// Different villages side by side, whose streets and ground meet; a single one is make_village()'s. The walk goes along
+// all of the streets in turn, the flight over all of it. `columns` along x and `rows` along y, >= 1.
+[[nodiscard]] Scene make_district(std::uint64_t seed, std::uint32_t triangles, std::uint32_t columns,
+                                  std::uint32_t rows);
 // A house front in relief, 18 units wide and 11 high, that is finer than a photograph shows.
 [[nodiscard]] Scene make_wall(std::uint64_t seed, std::uint32_t triangles);
 // One room with benches, shelves, instruments, pipes and cables. What is written as its mesh is a scan of it

@@ -19,9 +19,9 @@ using glm::dvec2;
 using glm::dvec3;
 using glm::vec3;
 
-constexpr double kHalfVillage = 30;  // half of the village's side
-constexpr double kAir = 26;          // height of the air that cameras may be in
-constexpr double kStreet = 11;       // distance of the streets' middles from the village's
+constexpr double kHalfVillage = 0.5 * kVillageSide;
+constexpr double kAir = 26;     // height of the air that cameras may be in
+constexpr double kStreet = 11;  // distance of the streets' middles from the village's
 constexpr double kStreetHalf = 2.5;
 
 // The lines between streets and blocks, along x and y alike.
@@ -381,6 +381,10 @@ class Village : private SceneBuilder {
 };
 
 }  // namespace
+
+Scene untessellated_village(std::uint64_t seed) {
+  return Village(seed).built();
+}
 
 Scene make_village(std::uint64_t seed, std::uint32_t triangles) {
   Scene scene = Village(seed).built();
