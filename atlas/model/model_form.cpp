@@ -170,7 +170,7 @@ std::string write_form(const Snapshot& snapshot, const ValidityOptions& validity
   json images = put_images(model, put, tick);
   if (!images.empty()) properties["images"] = std::move(images);
   const std::vector<TileContent> chunks = SurfaceWriter(model, options, put).write();
-  const TileContent coarse = put_coarse(model, options, put);
+  const TileContent coarse = options.coarse ? put_coarse(model, options, put) : TileContent();
   if (tick) tick();
   return tileset_json(model.snapshot, chunks, coarse, std::move(properties)).dump(options.packed ? -1 : 1) + "\n";
 }
