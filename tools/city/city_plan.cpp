@@ -1,0 +1,230 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "tools/city/city_plan.h"
+
+#include <nlohmann/json.hpp>
+#include <stdexcept>
+#include <utility>
+
+#include "mesh/base/errors.h"
+#include "tools/base/output_folder.h"
+#include "tools/base/strict_json.h"
+#include "tools/pipeline/build_settings.h"
+
+namespace lumatlas {
+
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+constexpr std::size_t kMost = std::size_t{1} << 31;
+constexpr int kPlanVersion = 1;
+
+json numbers_json(const glm::dvec3& v) {
+  return {v.x, v.y, v.z};
+}
+
+json camera_json(const Camera& camera) {
+  json rotation = json::array();
+  for (int row = 0; row < 3; ++row) {
+    for (int column = 0; column < 3; ++column) rotation.push_back(camera.cam_from_world_rotation[column][row]);
+  }
+  return {{"size", {camera.width, camera.height}},
+          {"focal", {camera.fx, camera.fy}},
+          {"principal", {camera.cx, camera.cy}},
+          {"rotation", std::move(rotation)},
+          {"translation", numbers_json(camera.cam_from_world_translation)}};
+}
+
+json view_json(const CityView& view) {
+  const LensCorrection& lens = view.correction;
+  return {{"name", view.name},
+          {"camera", camera_json(view.camera)},
+          {"correction", {lens.focal, lens.principal.x, lens.principal.y, lens.k1, lens.k2, lens.p1, lens.p2}},
+          {"gain", numbers_json(view.gain)},
+          {"black_rim", view.black_rim}};
+}
+
+json block_json(const CityBlock& block) {
+  return {{"far", block.far},
+          {"cells", block.size.cells},
+          {"faces", block.size.faces},
+          {"chunks", block.chunks},
+          {"views", block.views}};
+}
+
+std::vector<double> numbers(const JsonPlace& place, std::size_t count) {
+  std::vector<double> values;
+  for (const JsonPlace& element : place.elements()) values.push_back(element.number());
+  if (values.size() != count) {
+    place.refuse("has " + std::to_string(values.size()) + " numbers, must have " + std::to_string(count));
+  }
+  return values;
+}
+
+std::vector<std::size_t> indices(const JsonPlace& place, std::size_t end) {
+  std::vector<std::size_t> values;
+  for (const JsonPlace& element : place.elements()) values.push_back(element.count(0, end - 1));
+  return values;
+}
+
+glm::dvec3 vector(const JsonPlace& place) {
+  const std::vector<double> values = numbers(place, 3);
+  return {values[0], values[1], values[2]};
+}
+
+Camera camera_of(const JsonPlace& place) {
+  Camera camera;
+  const std::vector<double> size = numbers(place.at("size"), 2), focal = numbers(place.at("focal"), 2),
+                            principal = numbers(place.at("principal"), 2), rotation = numbers(place.at("rotation"), 9);
+  camera.width = static_cast<std::uint32_t>(place.at("size").elements()[0].count(1, 65536));
+  camera.height = static_cast<std::uint32_t>(place.at("size").elements()[1].count(1, 65536));
+  camera.fx = focal[0];
+  camera.fy = focal[1];
+  camera.cx = principal[0];
+  camera.cy = principal[1];
+  for (int row = 0; row < 3; ++row) {
+    for (int column = 0; column < 3; ++column) {
+      camera.cam_from_world_rotation[column][row] = rotation[static_cast<std::size_t>(3 * row + column)];
+    }
+  }
+  camera.cam_from_world_translation = vector(place.at("translation"));
+  try {
+    check(camera);
+  } catch (const std::invalid_argument& error) {
+    place.refuse(error.what());
+  }
+  return camera;
+}
+
+CityView view_of(const JsonPlace& place) {
+  place.expect_keys({"name", "camera", "correction", "gain", "black_rim"}, {});
+  CityView view;
+  view.name = place.at("name").text();
+  view.camera = camera_of(place.at("camera"));
+  const std::vector<double> lens = numbers(place.at("correction"), 7);
+  view.correction = {lens[0], {lens[1], lens[2]}, lens[3], lens[4], lens[5], lens[6]};
+  view.gain = vector(place.at("gain"));
+  view.black_rim = place.at("black_rim").boolean();
+  return view;
+}
+
+CityBlock block_of(const JsonPlace& place, std::size_t blocks, std::size_t views) {
+  place.expect_keys({"far", "cells", "faces", "chunks", "views"}, {});
+  CityBlock block;
+  block.far = place.at("far").boolean();
+  block.size = {place.at("cells").count(1, kMost), place.at("faces").count(1, kMost)};
+  block.chunks = indices(place.at("chunks"), blocks);
+  block.views = indices(place.at("views"), views);
+  return block;
+}
+
+json path_json(const std::optional<fs::path>& path) {
+  return path ? json(path->string()) : json();
+}
+
+std::optional<fs::path> path_of(const JsonPlace& place) {
+  if (place.value().is_null()) return std::nullopt;
+  return fs::path(place.text());
+}
+
+json build_json(const BuildOptions& build) {
+  return {{"images", path_json(build.pictures.images)},
+          {"masks", path_json(build.pictures.masks)},
+          {"skip_bad", build.pictures.skip_bad},
+          {"max_views", build.max_views ? json(*build.max_views) : json()},
+          {"settings", values_of(build_settings(), build)}};
+}
+
+BuildOptions build_of(const JsonPlace& place) {
+  place.expect_keys({"images", "masks", "skip_bad", "max_views", "settings"}, {});
+  BuildOptions build;
+  build.pictures = {path_of(place.at("images")), path_of(place.at("masks")), place.at("skip_bad").boolean()};
+  const JsonPlace most = place.at("max_views");
+  build.max_views.reset();
+  if (!most.value().is_null()) build.max_views = static_cast<std::uint32_t>(most.count(1, kMost));
+  try {
+    assign_values(build_settings(), build, place.at("settings").value());
+    check(build);
+  } catch (const std::exception& error) {
+    place.refuse(error.what());
+  }
+  return build;
+}
+
+json hold_out_json(const std::optional<HoldOut>& protocol) {
+  if (!protocol) return {};
+  return {{"hold", protocol->hold}, {"block", protocol->block}};
+}
+
+std::optional<HoldOut> hold_out_of(const JsonPlace& place) {
+  if (place.value().is_null()) return std::nullopt;
+  return HoldOut{place.at("hold").count(2, kMost), place.at("block").count(1, kMost)};
+}
+
+}  // namespace
+
+fs::path surface_folder(const fs::path& plan) {
+  return plan / "surface";
+}
+
+fs::path block_folder(const fs::path& plan, std::size_t block) {
+  return plan / "blocks" / std::to_string(block);
+}
+
+fs::path block_log(const fs::path& plan, std::size_t block) {
+  return plan / "logs" / (std::to_string(block) + ".txt");
+}
+
+bool is_city_plan(const fs::path& folder) {
+  std::error_code ignored;
+  return fs::is_regular_file(folder / kPlanName, ignored) &&
+         fs::is_regular_file(surface_folder(folder) / kTilesetName, ignored);
+}
+
+void write_city_plan(const fs::path& folder, const CityPlan& plan) {
+  json views = json::array(), blocks = json::array();
+  for (const CityView& view : plan.views) views.push_back(view_json(view));
+  for (const CityBlock& block : plan.blocks) blocks.push_back(block_json(block));
+  write_json(folder / kPlanName, {{"lumatlas_city", kPlanVersion},
+                                  {"scene", plan.scene.string()},
+                                  {"build", build_json(plan.build)},
+                                  {"usual_distance", plan.usual_distance},
+                                  {"views", std::move(views)},
+                                  {"blocks", std::move(blocks)},
+                                  {"left_out", plan.left_out},
+                                  {"hold_out", hold_out_json(plan.hold_out)},
+                                  {"warnings", plan.warnings},
+                                  {"stamp", plan.stamp}});
+}
+
+CityPlan read_city_plan(const fs::path& folder) {
+  if (!is_city_plan(folder)) {
+    throw InputError(folder.string() + ": holds no plan that was finished: `lumatlas city SCENE --plan " +
+                     folder.string() + "` makes one");
+  }
+  const fs::path file = folder / kPlanName;
+  const json document = read_json(file);
+  const JsonPlace place(file.string(), "", document);
+  place.expect_keys({"lumatlas_city", "scene", "build", "usual_distance", "views", "blocks", "left_out", "hold_out",
+                     "warnings", "stamp"},
+                    {});
+  if (place.at("lumatlas_city").count(0, kMost) != kPlanVersion) {
+    place.refuse("is a plan of another lumatlas, make it again");
+  }
+  CityPlan plan;
+  plan.scene = place.at("scene").text();
+  plan.build = build_of(place.at("build"));
+  plan.usual_distance = place.at("usual_distance").number();
+  if (!(plan.usual_distance > 0)) place.at("usual_distance").refuse("must be above 0");
+  for (const JsonPlace& view : place.at("views").elements()) plan.views.push_back(view_of(view));
+  const std::vector<JsonPlace> blocks = place.at("blocks").elements();
+  for (const JsonPlace& block : blocks) plan.blocks.push_back(block_of(block, blocks.size(), plan.views.size()));
+  for (const JsonPlace& name : place.at("left_out").elements()) plan.left_out.push_back(name.text());
+  plan.hold_out = hold_out_of(place.at("hold_out"));
+  for (const JsonPlace& warning : place.at("warnings").elements()) plan.warnings.push_back(warning.text());
+  plan.stamp = place.at("stamp").text();
+  return plan;
+}
+
+}  // namespace lumatlas

@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The plan of a large scene: its surface in blocks, and all that the blocks must agree on, which was found once for the
+// whole scene. It is a folder:
+//
+//   plan.json    this struct; written last
+//   surface/     the surface without photographs, as a model: chunk k is the part of block k
+//   blocks/K/    what the job of block K made (block_job.h)
+//   logs/K.txt   what that job said
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <glm/vec3.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "atlas/model/surface/chunked_surface.h"
+#include "mesh/camera.h"
+#include "mesh/lens_correction.h"
+#include "tools/pipeline/build_options.h"
+
+namespace lumatlas {
+
+inline constexpr const char* kPlanName = "plan.json";
+
+// A photograph, as all blocks see it.
+struct CityView {
+  std::string name;
+  Camera camera;              // its pose relative to the surface's offset
+  LensCorrection correction;  // of the lens
+  glm::dvec3 gain{1.0};       // as Snapshot::gains
+  bool black_rim = false;     // see SceneView::black_rim
+};
+
+struct CityBlock {
+  // The far sphere, which is a block of its own, the last: its job reads the whole surface, whose cells count as one.
+  bool far = false;
+  ChunkCounts size;  // of its own part of the surface
+  // The chunks that its job reads: its own first, then those that may stand between the block and a camera, or whose
+  // cells fade with its own.
+  std::vector<std::size_t> chunks;
+  std::vector<std::size_t> views;  // numbers in CityPlan::views of the photographs that see it, ascending
+};
+
+struct CityPlan {
+  std::filesystem::path scene;        // absolute
+  BuildOptions build;                 // of each block's job: pictures, max_views, and what settings name
+  double usual_distance = 0;          // from camera to surface, scene units, > 0
+  std::vector<CityView> views;        // sorted by name
+  std::vector<CityBlock> blocks;      // in the order of the surface's chunks
+  std::vector<std::string> left_out;  // photographs that agree with no others, or add nothing
+  std::optional<HoldOut> hold_out;    // of the photographs that are held out
+  std::vector<std::string> warnings;  // sentences about the scene
+  std::string stamp;                  // differs where the plan was made from other inputs
+};
+
+// Returns folders within a plan.
+[[nodiscard]] std::filesystem::path surface_folder(const std::filesystem::path& plan);
+[[nodiscard]] std::filesystem::path block_folder(const std::filesystem::path& plan, std::size_t block);
+[[nodiscard]] std::filesystem::path block_log(const std::filesystem::path& plan, std::size_t block);
+
+// Returns whether the folder holds a plan that was finished.
+[[nodiscard]] bool is_city_plan(const std::filesystem::path& folder);
+
+// Both throw InputError, reading for a plan that breaks a rule, with file, place and value.
+void write_city_plan(const std::filesystem::path& folder, const CityPlan& plan);
+[[nodiscard]] CityPlan read_city_plan(const std::filesystem::path& folder);
+
+}  // namespace lumatlas

@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Cuts a scene into blocks, and finds what they must agree on.
+#pragma once
+
+#include <cstddef>
+#include <filesystem>
+#include <optional>
+#include <string>
+
+#include "tools/budget/build_progress.h"
+#include "tools/city/city_plan.h"
+#include "tools/pipeline/build_options.h"
+
+namespace lumatlas {
+
+struct CityOptions {
+  // Of the whole scene: its mesh, what is refined, which photographs are held out. Of each block: max_views and what
+  // settings name. Nothing is refined with RefineMode::none; otherwise poses, exposures and lenses are, jointly.
+  BuildOptions build;
+  std::size_t block_faces = 400'000;  // largest number of faces in a block, >= 1
+  std::string stamp;                  // of the plan
+};
+
+// Plans the scene and writes the plan's folder, in which nothing else of a plan may be. The mesh is divided into cells
+// as `build` does it, and cut into blocks of whole cells: it is halved at the median of the cells' centroids along its
+// longest axis, and each half again. With RefineMode::none one photograph is read; otherwise all are stored and refined
+// together, as `build` would without a bound on their number, and those that agree with no others are left out. Throws
+// as build_model().
+CityPlan plan_city(const std::filesystem::path& scene, const CityOptions& options, const std::filesystem::path& folder,
+                   const BuildCallback& callback);
+
+}  // namespace lumatlas
