@@ -35,9 +35,10 @@ std::string last_line(const fs::path& log) {
 // Takes numbers of blocks from a list, and runs their jobs until the list is empty.
 class Worker {
  public:
-  Worker(const fs::path& program, const fs::path& folder, const std::vector<std::size_t>& blocks,
+  // Each job uses so many `threads`.
+  Worker(const fs::path& program, const fs::path& folder, const std::vector<std::size_t>& blocks, std::size_t threads,
          std::atomic<std::size_t>& next)
-      : program_(program), folder_(folder), blocks_(blocks), next_(next) {}
+      : program_(program), folder_(folder), blocks_(blocks), threads_(threads), next_(next) {}
 
   // Appends what failed. `done` is called after each job.
   template <typename Done>
@@ -53,8 +54,11 @@ class Worker {
  private:
   [[nodiscard]] std::optional<FailedBlock> run_one(std::size_t block) const {
     const fs::path log = block_log(folder_, block);
-    const int status =
-        run_to_end({program_, {"city", folder_.string(), "--job", std::to_string(block), "--quiet"}, log, log});
+    const int status = run_to_end(
+        {program_,
+         {"city", folder_.string(), "--job", std::to_string(block), "--threads", std::to_string(threads_), "--quiet"},
+         log,
+         log});
     if (status == 0) return std::nullopt;
     const std::string said = last_line(log);
     const std::string ended =
@@ -65,6 +69,7 @@ class Worker {
   const fs::path& program_;
   const fs::path& folder_;
   const std::vector<std::size_t>& blocks_;
+  std::size_t threads_;
   std::atomic<std::size_t>& next_;
 };
 
@@ -83,9 +88,12 @@ std::vector<FailedBlock> run_block_jobs(const fs::path& program, const fs::path&
   std::vector<FailedBlock> failed;
   std::exception_ptr thrown;
   std::size_t done = 0, running = 0;
-  const Worker worker(program, folder, blocks, next);
+  const std::size_t at_once = std::min(std::max<std::size_t>(jobs, 1), blocks.size());
+  const std::size_t processors = std::max(1u, std::thread::hardware_concurrency());
+  const Worker worker(program, folder, blocks, std::max<std::size_t>(1, processors / std::max<std::size_t>(1, at_once)),
+                      next);
   std::vector<std::jthread> threads;
-  for (std::size_t i = 0; i < std::min(std::max<std::size_t>(jobs, 1), blocks.size()); ++i) {
+  for (std::size_t i = 0; i < at_once; ++i) {
     ++running;
     threads.emplace_back([&] {
       std::exception_ptr error;

@@ -17,10 +17,10 @@ struct FailedBlock {
   std::string why;  // the last line of its log, or how it ended
 };
 
-// Starts `program city FOLDER --job K` for each block that is not done, `jobs` (>= 1) at once, and returns those that
-// failed, in order; the others went on. What a job says goes to block_log(). Throws Interrupted, once the jobs that run
-// have ended: what they have done stays, and another call goes on from there. Throws InputError where a job cannot be
-// started.
+// Starts `program city FOLDER --job K` for each block that is not done, `jobs` (>= 1) at once, which share the
+// machine's processors, and returns those that failed, in order; the others went on. What a job says goes to
+// block_log(). Throws Interrupted, once the jobs that run have ended: what they have done stays, and another call goes
+// on from there. Throws InputError where a job cannot be started.
 [[nodiscard]] std::vector<FailedBlock> run_block_jobs(const std::filesystem::path& program,
                                                       const std::filesystem::path& folder, const CityPlan& plan,
                                                       std::size_t jobs, const BuildCallback& callback);

@@ -46,11 +46,8 @@ json view_json(const CityView& view) {
 }
 
 json block_json(const CityBlock& block) {
-  return {{"far", block.far},
-          {"cells", block.size.cells},
-          {"faces", block.size.faces},
-          {"chunks", block.chunks},
-          {"views", block.views}};
+  return {{"far", block.far},       {"cells", block.size.cells},      {"faces", block.size.faces},
+          {"chunks", block.chunks}, {"own_chunks", block.own_chunks}, {"views", block.views}};
 }
 
 std::vector<double> numbers(const JsonPlace& place, std::size_t count) {
@@ -109,12 +106,13 @@ CityView view_of(const JsonPlace& place) {
   return view;
 }
 
-CityBlock block_of(const JsonPlace& place, std::size_t blocks, std::size_t views) {
-  place.expect_keys({"far", "cells", "faces", "chunks", "views"}, {});
+CityBlock block_of(const JsonPlace& place, std::size_t views) {
+  place.expect_keys({"far", "cells", "faces", "chunks", "own_chunks", "views"}, {});
   CityBlock block;
   block.far = place.at("far").boolean();
   block.size = {place.at("cells").count(1, kMost), place.at("faces").count(1, kMost)};
-  block.chunks = indices(place.at("chunks"), blocks);
+  block.chunks = indices(place.at("chunks"), kMost);
+  block.own_chunks = place.at("own_chunks").count(block.far ? 0 : 1, block.chunks.size());
   block.views = indices(place.at("views"), views);
   return block;
 }
@@ -218,8 +216,9 @@ CityPlan read_city_plan(const fs::path& folder) {
   plan.usual_distance = place.at("usual_distance").number();
   if (!(plan.usual_distance > 0)) place.at("usual_distance").refuse("must be above 0");
   for (const JsonPlace& view : place.at("views").elements()) plan.views.push_back(view_of(view));
-  const std::vector<JsonPlace> blocks = place.at("blocks").elements();
-  for (const JsonPlace& block : blocks) plan.blocks.push_back(block_of(block, blocks.size(), plan.views.size()));
+  for (const JsonPlace& block : place.at("blocks").elements()) {
+    plan.blocks.push_back(block_of(block, plan.views.size()));
+  }
   for (const JsonPlace& name : place.at("left_out").elements()) plan.left_out.push_back(name.text());
   plan.hold_out = hold_out_of(place.at("hold_out"));
   for (const JsonPlace& warning : place.at("warnings").elements()) plan.warnings.push_back(warning.text());

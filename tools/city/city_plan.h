@@ -3,7 +3,7 @@
 // whole scene. It is a folder:
 //
 //   plan.json    this struct; written last
-//   surface/     the surface without photographs, as a model: chunk k is the part of block k
+//   surface/     the surface without photographs, as a model in small chunks, those of each block one after the other
 //   blocks/K/    what the job of block K made (block_job.h)
 //   logs/K.txt   what that job said
 #pragma once
@@ -38,10 +38,11 @@ struct CityBlock {
   // The far sphere, which is a block of its own, the last: its job reads the whole surface, whose cells count as one.
   bool far = false;
   ChunkCounts size;  // of its own part of the surface
-  // The chunks that its job reads: its own first, then those that may stand between the block and a camera, or whose
-  // cells fade with its own.
+  // The chunks that its job reads: its own, which are so many, and those that may stand between it and a camera.
   std::vector<std::size_t> chunks;
-  std::vector<std::size_t> views;  // numbers in CityPlan::views of the photographs that see it, ascending
+  std::size_t own_chunks = 0;
+  // Numbers in CityPlan::views, ascending: the photographs among those that see some cell best.
+  std::vector<std::size_t> views;
 };
 
 struct CityPlan {

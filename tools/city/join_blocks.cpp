@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <memory>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -72,7 +73,8 @@ void append_references(const ReferenceTable& from, const CityBlock& block, const
 std::shared_ptr<const Surface> whole_surface(const fs::path& folder, const CityPlan& plan) {
   std::vector<std::size_t> chunks;
   for (std::size_t block = 0; block < plan.blocks.size(); ++block) {
-    if (!plan.blocks[block].far) chunks.push_back(block);
+    const auto own = std::span(plan.blocks[block].chunks).first(plan.blocks[block].own_chunks);
+    chunks.insert(chunks.end(), own.begin(), own.end());
   }
   const ChunkedSurface city = read_chunks(surface_folder(folder), chunks);
   return std::make_shared<const Surface>(with_far_sphere(city.surface, city.far));

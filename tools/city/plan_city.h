@@ -22,10 +22,9 @@ struct CityOptions {
 };
 
 // Plans the scene and writes the plan's folder, in which nothing else of a plan may be. The mesh is divided into cells
-// as `build` does it, and cut into blocks of whole cells: it is halved at the median of the cells' centroids along its
-// longest axis, and each half again. With RefineMode::none one photograph is read; otherwise all are stored and refined
-// together, as `build` would without a bound on their number, and those that agree with no others are left out. Throws
-// as build_model().
+// as `build` does it, and cut into blocks of whole cells (block_cut.h). With RefineMode::none one photograph is read;
+// otherwise all are stored and refined together, as `build` would without a bound on their number, and those that agree
+// with no others are left out. Throws as build_model().
 CityPlan plan_city(const std::filesystem::path& scene, const CityOptions& options, const std::filesystem::path& folder,
                    const BuildCallback& callback);
 

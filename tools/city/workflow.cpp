@@ -36,7 +36,8 @@ rule block:
     input: "plan.json"
     output: "blocks/{block,[0-9]+}/lumatlas.json"
     log: "logs/{block}.txt"
-    shell: "{PROGRAM} city . --job {wildcards.block} --quiet > {log} 2>&1"
+    threads: 1
+    shell: "{PROGRAM} city . --job {wildcards.block} --threads {threads} --quiet > {log} 2>&1"
 )";
 }
 

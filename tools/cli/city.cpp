@@ -1,10 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include <tbb/global_control.h>
+
 #include <algorithm>
 #include <array>
 #include <filesystem>
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <thread>
 #include <utility>
@@ -20,6 +23,7 @@
 #include "tools/city/plan_city.h"
 #include "tools/city/workflow.h"
 #include "tools/cli/commands.h"
+#include "tools/cli/flags/cell_flags.h"
 #include "tools/cli/flags/setting_flags.h"
 #include "tools/cli/output/json_output.h"
 #include "tools/pipeline/build_settings.h"
@@ -43,7 +47,7 @@ struct CityFlags {
   HoldFlags hold;
   ImageCoding photographs;
   std::size_t jobs = std::max(1u, std::thread::hardware_concurrency());
-  std::size_t job = 0;
+  std::size_t job = 0, threads = 0;
   std::uint32_t max_views = 100, texture_px = 2048;
   bool mesh_as_given = false, as_posed = false, json_output = false, quiet = false;
   CLI::Option* job_option = nullptr;
@@ -62,6 +66,7 @@ std::string stamp_of(const CityFlags& flags) {
                  {"masks", flags.pictures.masks.string()},
                  {"settings", flags.settings.json(flags.options.build)},
                  {"max_views", flags.max_views},
+                 {"cell_size", flags.options.build.cells.size},
                  {"block_faces", flags.options.block_faces},
                  {"mesh_as_given", flags.mesh_as_given},
                  {"as_posed", flags.as_posed},
@@ -97,7 +102,6 @@ CityPlan made_plan(CityFlags& flags, const fs::path& folder) {
     throw InputError(folder.string() +
                      ": is the plan of other inputs or options: remove it, or give the options that it was made with");
   }
-  flags.options.build.completion.stereo_folder = stereo_folder_of(folder);
   const CityPlan plan = plan_city(flags.source, flags.options, folder, progress_of(flags));
   for (const std::string& warning : plan.warnings) std::cerr << "warning: " << warning << '\n';
   return plan;
@@ -127,6 +131,8 @@ void run_job(const CityFlags& flags) {
     throw CLI::ValidationError("--job", std::to_string(flags.job) + " must be below the plan's " +
                                             std::to_string(plan.blocks.size()) + " blocks");
   }
+  std::optional<tbb::global_control> limit;
+  if (flags.threads > 0) limit.emplace(tbb::global_control::max_allowed_parallelism, flags.threads);
   const BlockFacts facts = build_block(flags.source, plan, flags.job, progress_of(flags));
   const fs::path folder = block_folder(flags.source, flags.job);
   if (flags.json_output) {
@@ -236,6 +242,7 @@ void add_scene_options(CLI::App& command, CityFlags& flags) {
   command.add_option("--block-faces", flags.options.block_faces, "Faces in a block at most")
       ->type_name("N")
       ->transform(whole_number(1000, 100'000'000));
+  add_cell_size(command, flags.options.build.cells)->description("Diameter of a cell, scene units; 0: by distance");
   command.add_option("--max-views", flags.max_views, "Photographs that a block keeps at most")
       ->type_name("N")
       ->transform(whole_number(1, 1'000'000));
@@ -265,6 +272,12 @@ void add_city_command(CLI::App& program) {
   flags->job_option = command->add_option("--job", flags->job, "Build block K of a plan, as its Snakefile asks")
                           ->type_name("K")
                           ->transform(whole_number(0, 1'000'000));
+  CLI::Option* const threads =
+      command->add_option("--threads", flags->threads, "With --job, threads to use; without it as many as processors")
+          ->type_name("N")
+          ->transform(whole_number(1, 1024))
+          ->needs(flags->job_option);
+  threads->default_str("");
   command->add_option("--jobs", flags->jobs, "Blocks to build at once, each in a process of its own")
       ->type_name("N")
       ->transform(whole_number(1, 1024));

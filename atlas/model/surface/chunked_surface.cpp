@@ -25,18 +25,6 @@ std::vector<fs::path> chunk_files(const fs::path& model) {
   return TilesetFile(fs::is_directory(model) ? model / kTilesetName : model).surfaces();
 }
 
-void append(ChunkSurface chunk, ChunkedSurface& joined, std::vector<CellId>& cell_of_face, std::size_t& cells) {
-  Mesh& mesh = joined.surface.mesh;
-  const auto first = static_cast<std::uint32_t>(mesh.positions.size());
-  joined.chunks.push_back({chunk.near_cells, chunk.mesh.faces.size()});
-  mesh.positions.insert(mesh.positions.end(), chunk.mesh.positions.begin(), chunk.mesh.positions.end());
-  for (const glm::uvec3& face : chunk.mesh.faces) mesh.faces.push_back(face + first);
-  for (const CellId cell : chunk.cell_of_face) {
-    cell_of_face.emplace_back(static_cast<std::uint32_t>(cells + std::uint32_t{cell}));
-  }
-  cells += chunk.near_cells;
-}
-
 // Joins vertices at one position, and leaves out those that no face has then.
 void join_vertices(Mesh& mesh) {
   mesh.faces = joined_faces(mesh);
@@ -52,6 +40,18 @@ void join_vertices(Mesh& mesh) {
   }
   mesh.positions.resize(next);
   for (glm::uvec3& face : mesh.faces) face = {number[face.x], number[face.y], number[face.z]};
+}
+
+void append(ChunkSurface chunk, ChunkedSurface& joined, std::vector<CellId>& cell_of_face, std::size_t& cells) {
+  Mesh& mesh = joined.surface.mesh;
+  const auto first = static_cast<std::uint32_t>(mesh.positions.size());
+  joined.chunks.push_back({chunk.near_cells, chunk.mesh.faces.size()});
+  mesh.positions.insert(mesh.positions.end(), chunk.mesh.positions.begin(), chunk.mesh.positions.end());
+  for (const glm::uvec3& face : chunk.mesh.faces) mesh.faces.push_back(face + first);
+  for (const CellId cell : chunk.cell_of_face) {
+    cell_of_face.emplace_back(static_cast<std::uint32_t>(cells + std::uint32_t{cell}));
+  }
+  cells += chunk.near_cells;
 }
 
 }  // namespace
@@ -82,6 +82,7 @@ ChunkedSurface read_chunks(const fs::path& model, std::span<const std::size_t> c
     if (chunk.far.cells > 0) {
       const double size = file->cell_size(std::numeric_limits<double>::max());
       joined.far = file->far_sphere(chunk.far, chunk.near_cells + chunk.far.cells, size);
+      join_vertices(joined.far.mesh);
     }
     append(std::move(chunk), joined, cell_of_face, cells);
     if (!first) first = std::move(file);

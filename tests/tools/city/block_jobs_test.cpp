@@ -1,0 +1,126 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "tools/city/block_jobs.h"
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <csignal>
+#include <map>
+
+#include "tests/tools/city/small_city.h"
+#include "tests/tools/cli/run_program.h"
+#include "tools/city/block_job.h"
+
+namespace lumatlas {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+const fs::path kProgram = LUMATLAS_PROGRAM;
+
+Arguments city_arguments(const fs::path& scene, const fs::path& model, int jobs) {
+  return {"city",   scene.string(),      "-o", model.string(), "--as-posed",  "--block-faces",
+          "5000",   "--texture",         "0",  "--quiet",      "--cell-size", "4",
+          "--jobs", std::to_string(jobs)};
+}
+
+std::map<std::string, std::string> files_of(const fs::path& folder) {
+  std::map<std::string, std::string> files;
+  for (const auto& entry : fs::recursive_directory_iterator(folder)) {
+    if (entry.is_regular_file()) files[entry.path().lexically_relative(folder).string()] = bytes_of(entry.path());
+  }
+  return files;
+}
+
+void copy_scene(const fs::path& to) {
+  fs::copy(small_city_scene(), to, fs::copy_options::recursive);
+}
+
+std::size_t blocks_in(const fs::path& plan) {
+  std::error_code ignored;
+  return static_cast<std::size_t>(
+      std::count_if(fs::directory_iterator(plan / "blocks", ignored), fs::directory_iterator(),
+                    [](const auto& entry) { return fs::exists(entry.path() / "lumatlas.json"); }));
+}
+
+void check_misuse(const Arguments& arguments, const std::string& part) {
+  const Outcome outcome = lumatlas(arguments);
+  CHECK(outcome.status == 2);
+  CHECK_THAT(outcome.err, Catch::Matchers::Contains(part));
+}
+
+}  // namespace
+
+TEST_CASE("A city is the same bytes for any number of jobs", "[block_jobs]") {
+  const TemporaryFolder folder;
+  REQUIRE(lumatlas(city_arguments(small_city_scene(), folder / "one", 1)).status == 0);
+  REQUIRE(lumatlas(city_arguments(small_city_scene(), folder / "three", 3)).status == 0);
+  const auto one = files_of(folder / "one");
+  CHECK(one.contains("tileset.json"));
+  CHECK(one == files_of(folder / "three"));
+  CHECK(!fs::exists(folder / "one.city"));
+}
+
+TEST_CASE("A city goes on from the blocks that were done when it was killed", "[block_jobs]") {
+  const TemporaryFolder folder;
+  REQUIRE(lumatlas(city_arguments(small_city_scene(), folder / "whole", 2)).status == 0);
+  const fs::path model = folder / "model", plan = folder / "model.city";
+  for (const int signal : {SIGKILL, SIGINT}) {
+    const Run run(city_arguments(small_city_scene(), model, 2));
+    const std::size_t before = blocks_in(plan);
+    Run::wait_until([&] { return blocks_in(plan) > before || run.has_ended(); });
+    run.send(signal);
+    CHECK(run.wait().status == -signal);
+    CHECK(!fs::exists(model));
+    CHECK(blocks_in(plan) > before);
+  }
+  const auto kept = fs::last_write_time(plan / "blocks" / "0" / "tileset.json");
+  CHECK(kept < fs::file_time_type::clock::now());
+  REQUIRE(lumatlas(city_arguments(small_city_scene(), model, 2)).status == 0);
+  CHECK(files_of(model) == files_of(folder / "whole"));
+}
+
+TEST_CASE("A block that fails is named, the others go on, and the next call makes what is missing", "[block_jobs]") {
+  const TemporaryFolder folder;
+  const fs::path scene = folder / "scene", model = folder / "model";
+  copy_scene(scene);
+  Arguments planning = city_arguments(scene, model, 2);
+  planning[2] = "--plan";
+  REQUIRE(lumatlas(planning).status == 0);
+  // A photograph is damaged once the city was planned.
+  const CityPlan plan = read_city_plan(model);
+  std::vector<std::size_t> seen_by(plan.views.size(), 0);
+  for (const CityBlock& block : plan.blocks) {
+    for (const std::size_t view : block.views) ++seen_by[view];
+  }
+  const auto rarest = static_cast<std::size_t>(std::min_element(seen_by.begin(), seen_by.end()) - seen_by.begin());
+  REQUIRE(seen_by[rarest] < plan.blocks.size());
+  const fs::path photograph = scene / "images" / plan.views[rarest].name;
+  const std::string bytes = bytes_of(photograph);
+  std::ofstream(photograph, std::ios::binary | std::ios::trunc) << bytes.substr(0, bytes.size() / 2);
+  const std::vector<FailedBlock> failed = run_block_jobs(kProgram, model, plan, 2, {});
+  REQUIRE(!failed.empty());
+  CHECK(failed.size() <= seen_by[rarest]);
+  CHECK_THAT(failed.front().why, Catch::Matchers::Contains(plan.views[rarest].name));
+  CHECK(blocks_in(model) == plan.blocks.size() - failed.size());
+  std::ofstream(photograph, std::ios::binary | std::ios::trunc) << bytes;
+  CHECK(run_block_jobs(kProgram, model, plan, 2, {}).empty());
+  CHECK(blocks_in(model) == plan.blocks.size());
+}
+
+TEST_CASE("Options that do not go together are refused before any work", "[block_jobs]") {
+  const TemporaryFolder folder;
+  const std::string scene = small_city_scene().string(), plan = (folder / "plan").string();
+  check_misuse({"city", scene, "--job", "0"}, "is no plan that was finished");
+  check_misuse({"city", scene}, "give one of --output, --plan and --job");
+  Arguments planning = city_arguments(scene, plan, 1);
+  planning[2] = "--plan";
+  REQUIRE(lumatlas(planning).status == 0);
+  CHECK(fs::exists(folder / "plan/Snakefile"));
+  check_misuse({"city", plan, "-o", (folder / "m").string(), "--block-faces", "9000"}, "--block-faces");
+  check_misuse({"city", plan, "--job", "99"}, "99 must be below the plan's");
+  planning.push_back("--max-views=7");
+  check_failure(lumatlas(planning), "is the plan of other inputs or options");
+}
+
+}  // namespace lumatlas

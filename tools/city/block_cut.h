@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Internal to tools/city/: cuts a surface in chunks into blocks, and finds what the job of each block needs.
+#pragma once
+
+#include <cstddef>
+
+#include "atlas/model/surface/chunked_surface.h"
+#include "tools/budget/build_progress.h"
+#include "tools/city/city_plan.h"
+
+namespace lumatlas {
+
+// Chunks of a surface are smaller than blocks, so that a job need not read all of its neighbours.
+inline constexpr std::size_t kChunksPerBlock = 8;
+
+// A cell lists so many photographs for its block: those in which it has most pixels. More than a cell refers to, for
+// some of them show it from the same side.
+inline constexpr std::size_t kViewsPerCell = 24;
+
+// Fills in the plan's blocks; its views and build options are there. Chunks that follow each other, as the writer of
+// surfaces cuts them, are near each other: a block is as many of them as have at most `block_faces` faces, or one. The
+// far sphere is the last block. A job reads the chunks that a photograph shows where it shows the block, or would
+// without them. `city` has all chunks, in order.
+void cut_into_blocks(const ChunkedSurface& city, std::size_t block_faces, const BuildCallback& callback,
+                     CityPlan& plan);
+
+}  // namespace lumatlas
