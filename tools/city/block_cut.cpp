@@ -144,33 +144,46 @@ ShownBox shown_box(const Camera& camera, const Bounds& box) {
           static_cast<std::uint32_t>(high.y), shown.depth};
 }
 
+std::vector<Bounds> boxes_of_blocks(const Mesh& mesh, const CityPlan& plan) {
+  std::vector<Bounds> boxes;
+  std::size_t first_face = 0;
+  for (const CityBlock& block : plan.blocks) {
+    if (block.far) continue;
+    boxes.push_back(box_of(mesh, first_face, block.size.faces));
+    first_face += block.size.faces;
+  }
+  return boxes;
+}
+
+// Adds the chunks that one camera shows where it shows a box, as far as the box reaches.
+void add_shown_chunks(const Camera& camera, const Bounds& box, const VisibilityBuffer& buffer,
+                      const std::vector<std::uint32_t>& chunk_of_face, std::set<std::size_t>& chunks) {
+  const ShownBox shown = shown_box(camera, box);
+  for (std::uint32_t y = shown.top; y < shown.bottom; ++y) {
+    for (std::uint32_t x = shown.left; x < shown.right; ++x) {
+      const std::size_t pixel = std::size_t{y} * camera.width + x;
+      const FaceId face = buffer.face[pixel];
+      const bool is_near = face != FaceId::none && face < chunk_of_face.size();
+      if (is_near && static_cast<double>(buffer.depth[pixel]) <= shown.depth) chunks.insert(chunk_of_face[face]);
+    }
+  }
+}
+
 void find_chunks(const ChunkedSurface& city, const Sight& sight, const BuildCallback& callback, CityPlan& plan) {
   std::vector<std::uint32_t> chunk_of_face;
   for (std::size_t chunk = 0; chunk < city.chunks.size(); ++chunk) {
     chunk_of_face.insert(chunk_of_face.end(), city.chunks[chunk].faces, static_cast<std::uint32_t>(chunk));
   }
-  std::vector<Bounds> boxes;
+  const std::vector<Bounds> boxes = boxes_of_blocks(city.surface.mesh, plan);
   std::vector<std::vector<std::size_t>> blocks_of_view(plan.views.size());
-  std::size_t first_face = 0;
-  for (std::size_t block = 0; block < plan.blocks.size() && !plan.blocks[block].far; ++block) {
-    boxes.push_back(box_of(city.surface.mesh, first_face, plan.blocks[block].size.faces));
-    first_face += plan.blocks[block].size.faces;
+  for (std::size_t block = 0; block < boxes.size(); ++block) {
     for (const std::size_t view : plan.blocks[block].views) blocks_of_view[view].push_back(block);
   }
-  std::vector<std::set<std::size_t>> before(boxes.size());  // by block, chunks that may stand before it
+  std::vector<std::set<std::size_t>> before(boxes.size());  // by block
   sight.for_each_view(callback, "looking for what stands before blocks",
                       [&](std::size_t view, const Camera& camera, const VisibilityBuffer& buffer) {
                         for (const std::size_t block : blocks_of_view[view]) {
-                          const ShownBox shown = shown_box(camera, boxes[block]);
-                          for (std::uint32_t y = shown.top; y < shown.bottom; ++y) {
-                            for (std::uint32_t x = shown.left; x < shown.right; ++x) {
-                              const std::size_t pixel = std::size_t{y} * camera.width + x;
-                              const FaceId face = buffer.face[pixel];
-                              if (face == FaceId::none || face >= chunk_of_face.size()) continue;
-                              if (static_cast<double>(buffer.depth[pixel]) > shown.depth) continue;
-                              before[block].insert(chunk_of_face[face]);
-                            }
-                          }
+                          add_shown_chunks(camera, boxes[block], buffer, chunk_of_face, before[block]);
                         }
                       });
   for (std::size_t block = 0; block < boxes.size(); ++block) {

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "tools/city/city_plan.h"
 
+#include <algorithm>
+#include <array>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
 #include <utility>
@@ -19,6 +21,7 @@ using nlohmann::json;
 
 constexpr std::size_t kMost = std::size_t{1} << 31;
 constexpr int kPlanVersion = 1;
+constexpr std::array kPartsOfPlan{kPlanName, "surface", "blocks", "logs", "stereo", "Snakefile"};
 
 json numbers_json(const glm::dvec3& v) {
   return {v.x, v.y, v.z};
@@ -161,6 +164,25 @@ std::optional<HoldOut> hold_out_of(const JsonPlace& place) {
 }
 
 }  // namespace
+
+void open_plan_folder(const fs::path& plan) {
+  std::error_code error;
+  fs::create_directories(plan, error);
+  for (fs::directory_iterator entry(plan, error), end; !error && entry != end; entry.increment(error)) {
+    const std::string name = entry->path().filename().string();
+    if (std::find(kPartsOfPlan.begin(), kPartsOfPlan.end(), name) != kPartsOfPlan.end() || name.front() == '.')
+      continue;
+    throw InputError(entry->path().string() + ": is not of the plan of a city, so that " + plan.string() +
+                     " cannot take one: name another folder or move the file away");
+  }
+  if (error) throw InputError(plan.string() + ": cannot be made or listed (" + error.message() + ")");
+}
+
+void remove_plan(const fs::path& plan) {
+  std::error_code ignored;
+  for (const char* const part : kPartsOfPlan) fs::remove_all(plan / part, ignored);
+  fs::remove(plan, ignored);  // only if it is empty
+}
 
 fs::path surface_folder(const fs::path& plan) {
   return plan / "surface";

@@ -6,6 +6,8 @@
 //   surface/     the surface without photographs, as a model in small chunks, those of each block one after the other
 //   blocks/K/    what the job of block K made (block_job.h)
 //   logs/K.txt   what that job said
+//   stereo/      depths of photographs, while the scene is planned
+//   Snakefile    the jobs as a workflow (workflow.h)
 #pragma once
 
 #include <cstddef>
@@ -61,6 +63,11 @@ struct CityPlan {
 [[nodiscard]] std::filesystem::path surface_folder(const std::filesystem::path& plan);
 [[nodiscard]] std::filesystem::path block_folder(const std::filesystem::path& plan, std::size_t block);
 [[nodiscard]] std::filesystem::path block_log(const std::filesystem::path& plan, std::size_t block);
+
+// Makes the folder of a plan, unless it is there. Throws InputError if it holds anything that is not of a plan.
+void open_plan_folder(const std::filesystem::path& plan);
+// Removes what is of a plan, and the folder if nothing else is in it.
+void remove_plan(const std::filesystem::path& plan);
 
 // Returns whether the folder holds a plan that was finished.
 [[nodiscard]] bool is_city_plan(const std::filesystem::path& folder);

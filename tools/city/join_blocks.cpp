@@ -89,6 +89,37 @@ void require_all_done(const fs::path& folder, const CityPlan& plan) {
   }
 }
 
+// What is read of all blocks before their views have numbers in the whole.
+struct ReadBlocks {
+  std::vector<Snapshot> parts;  // without surfaces and colours
+  JoinedViews views;
+  std::vector<glm::u8vec3> colors;  // of the whole's vertices
+  ValidityOptions validity;
+};
+
+ReadBlocks read_blocks(const fs::path& folder, const CityPlan& plan, const Mesh& whole, const BuildCallback& callback) {
+  ReadBlocks read;
+  read.colors.resize(whole.positions.size());
+  std::size_t first_face = 0;
+  BuildStage stage(callback, "joining blocks", plan.blocks.size());
+  for (std::size_t number = 0; number < plan.blocks.size(); ++number) {
+    throw_if_interrupted();
+    const CityBlock& block = plan.blocks[number];
+    Model model = read_model(block_folder(folder, number));
+    require_part(model.snapshot, block.size, block_folder(folder, number));
+    if (!block.views.empty()) read.validity = model.validity;
+    read.views.add(model.snapshot);
+    take_colors(model.snapshot, block, whole, first_face, read.colors);
+    first_face += block.size.faces;
+    model.snapshot.surface.reset();
+    model.snapshot.vertex_colors = {};
+    read.parts.push_back(std::move(model.snapshot));
+    stage.tick();
+  }
+  stage.finish();
+  return read;
+}
+
 }  // namespace
 
 JoinedCity join_blocks(const fs::path& folder, const CityPlan& plan, const BuildCallback& callback) {
@@ -96,37 +127,23 @@ JoinedCity join_blocks(const fs::path& folder, const CityPlan& plan, const Build
   JoinedCity city;
   Snapshot& joined = city.snapshot;
   joined.surface = whole_surface(folder, plan);
-  std::vector<Snapshot> parts;
-  JoinedViews views;
-  std::vector<glm::u8vec3> colors(joined.surface->mesh.positions.size());
-  std::size_t faces = 0;
-  BuildStage stage(callback, "joining blocks", plan.blocks.size());
-  bool covered = false, deviates = false;
-  for (std::size_t block = 0; block < plan.blocks.size(); ++block) {
-    throw_if_interrupted();
-    Model model = read_model(block_folder(folder, block));
-    require_part(model.snapshot, plan.blocks[block].size, block_folder(folder, block));
-    if (!plan.blocks[block].views.empty()) city.validity = model.validity;
-    views.add(model.snapshot);
-    take_colors(model.snapshot, plan.blocks[block], joined.surface->mesh, faces, colors);
-    faces += plan.blocks[block].size.faces;
-    covered = covered || !model.snapshot.cell_coverage.empty();
-    deviates = deviates || !model.snapshot.cell_deviation.empty();
-    model.snapshot.surface.reset();
-    model.snapshot.vertex_colors = {};
-    parts.push_back(std::move(model.snapshot));
-    stage.tick();
+  ReadBlocks read = read_blocks(folder, plan, joined.surface->mesh, callback);
+  city.validity = read.validity;
+  read.views.fill(joined);
+  joined.vertex_colors = std::move(read.colors);
+  const auto any = [&](auto table) {
+    return std::any_of(read.parts.begin(), read.parts.end(),
+                       [&](const Snapshot& part) { return !(part.*table).empty(); });
+  };
+  const bool covered = any(&Snapshot::cell_coverage), deviates = any(&Snapshot::cell_deviation);
+  for (std::size_t number = 0; number < plan.blocks.size(); ++number) {
+    const CityBlock& block = plan.blocks[number];
+    const Snapshot& part = read.parts[number];
+    append_own(part.cell_seen, block, joined.cell_seen);
+    if (covered) append_own(part.cell_coverage, block, joined.cell_coverage);
+    if (deviates) append_own(part.cell_deviation, block, joined.cell_deviation);
+    append_references(part.references, block, read.views.slots_of(part), joined.references);
   }
-  views.fill(joined);
-  joined.vertex_colors = std::move(colors);
-  for (std::size_t block = 0; block < parts.size(); ++block) {
-    const CityBlock& of = plan.blocks[block];
-    append_own(parts[block].cell_seen, of, joined.cell_seen);
-    if (covered) append_own(parts[block].cell_coverage, of, joined.cell_coverage);
-    if (deviates) append_own(parts[block].cell_deviation, of, joined.cell_deviation);
-    append_references(parts[block].references, of, views.slots_of(parts[block]), joined.references);
-  }
-  stage.finish();
   return city;
 }
 

@@ -101,9 +101,12 @@ CityPlan plan_city(const fs::path& scene, const CityOptions& options, const fs::
   CityPlan plan;
   plan.scene = fs::absolute(scene).lexically_normal();
   plan.build = options.build;
+  for (std::optional<fs::path>* pictures : {&plan.build.pictures.images, &plan.build.pictures.masks}) {
+    if (*pictures) *pictures = fs::absolute(**pictures).lexically_normal();
+  }
   plan.hold_out = options.build.hold_out;
   plan.stamp = options.stamp;
-  fs::create_directories(folder);
+  open_plan_folder(folder);
   const BuildResult whole = build_whole(scene, options, folder, callback);
   plan.usual_distance = whole.effective.coverage.ideal_distance;
   plan.warnings = whole.warnings;

@@ -21,7 +21,7 @@ struct CityOptions {
   std::string stamp;                  // of the plan
 };
 
-// Plans the scene and writes the plan's folder, in which nothing else of a plan may be. The mesh is divided into cells
+// Plans the scene and writes the plan's folder (open_plan_folder()). The mesh is divided into cells
 // as `build` does it, and cut into blocks of whole cells (block_cut.h). With RefineMode::none one photograph is read;
 // otherwise all are stored and refined together, as `build` would without a bound on their number, and those that agree
 // with no others are left out. Throws as build_model().

@@ -60,7 +60,8 @@ BuildCallback progress_of(const CityFlags& flags) {
 
 // Returns what the plan depends on, as text.
 std::string stamp_of(const CityFlags& flags) {
-  json inputs = {{"scene", fs::absolute(flags.source).lexically_normal().string()},
+  json inputs = {{"lumatlas", LUMATLAS_VERSION},
+                 {"scene", fs::absolute(flags.source).lexically_normal().string()},
                  {"mesh", flags.mesh.string()},
                  {"images", flags.pictures.images.string()},
                  {"masks", flags.pictures.masks.string()},
@@ -229,7 +230,7 @@ void run(CityFlags& flags) {
   const std::vector<FailedBlock> failed = run_block_jobs(program_file(), folder, plan, flags.jobs, progress_of(flags));
   if (!failed.empty()) refuse_failed(failed, folder);
   join(flags, plan, folder, output);
-  if (!planned) fs::remove_all(folder);
+  if (!planned) remove_plan(folder);
 }
 
 void add_scene_options(CLI::App& command, CityFlags& flags) {
