@@ -7,6 +7,7 @@
 #include <stdexcept>
 #include <utility>
 
+#include "atlas/model/model_form.h"
 #include "mesh/base/errors.h"
 #include "tools/base/output_folder.h"
 #include "tools/base/strict_json.h"
@@ -85,7 +86,8 @@ Camera camera_of(const JsonPlace& place) {
   camera.cy = principal[1];
   for (int row = 0; row < 3; ++row) {
     for (int column = 0; column < 3; ++column) {
-      camera.cam_from_world_rotation[column][row] = rotation[static_cast<std::size_t>(3 * row + column)];
+      camera.cam_from_world_rotation[column][row] =
+          rotation[3 * static_cast<std::size_t>(row) + static_cast<std::size_t>(column)];
     }
   }
   camera.cam_from_world_translation = vector(place.at("translation"));

@@ -72,8 +72,8 @@ void append_references(const ReferenceTable& from, const CityBlock& block, const
 
 std::shared_ptr<const Surface> whole_surface(const fs::path& folder, const CityPlan& plan) {
   std::vector<std::size_t> chunks;
-  for (std::size_t block = 0; block < plan.blocks.size(); ++block) {
-    const auto own = std::span(plan.blocks[block].chunks).first(plan.blocks[block].own_chunks);
+  for (const CityBlock& block : plan.blocks) {
+    const auto own = std::span(block.chunks).first(block.own_chunks);
     chunks.insert(chunks.end(), own.begin(), own.end());
   }
   const ChunkedSurface city = read_chunks(surface_folder(folder), chunks);

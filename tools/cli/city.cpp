@@ -103,7 +103,7 @@ CityPlan made_plan(CityFlags& flags, const fs::path& folder) {
     throw InputError(folder.string() +
                      ": is the plan of other inputs or options: remove it, or give the options that it was made with");
   }
-  const CityPlan plan = plan_city(flags.source, flags.options, folder, progress_of(flags));
+  CityPlan plan = plan_city(flags.source, flags.options, folder, progress_of(flags));
   for (const std::string& warning : plan.warnings) std::cerr << "warning: " << warning << '\n';
   return plan;
 }

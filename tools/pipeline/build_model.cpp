@@ -85,14 +85,6 @@ void add_warning(const std::string& sentence, BuildResult& result) {
   if (!sentence.empty()) result.warnings.push_back(sentence);
 }
 
-std::vector<SkippedView> skipped_views(const std::vector<SceneView>& views) {
-  std::vector<SkippedView> skipped;
-  for (const SceneView& view : views) {
-    if (!view.bad.empty()) skipped.push_back({view.name, view.bad});
-  }
-  return skipped;
-}
-
 void note_scene(const SceneViews& scene, BuildResult& result) {
   result.views = scene.views.size();
   result.listed_to_score = held_out_views(scene);

@@ -167,6 +167,14 @@ void measure_deviation(const Visibility& visibility, const BuildCallback& callba
 
 }  // namespace
 
+std::vector<SkippedView> skipped_views(const std::vector<SceneView>& views) {
+  std::vector<SkippedView> skipped;
+  for (const SceneView& view : views) {
+    if (!view.bad.empty()) skipped.push_back({view.name, view.bad});
+  }
+  return skipped;
+}
+
 std::shared_ptr<const Visibility> make_visibility(const Surface& surface, VisibilityBy by) {
   return by == VisibilityBy::gl ? make_gl_visibility(surface.mesh, surface.cells) : make_ray_visibility(surface.mesh);
 }

@@ -5,6 +5,7 @@
 #include <functional>
 #include <memory>
 #include <random>
+#include <vector>
 
 #include "atlas/atlas.h"
 #include "mesh/visibility/visibility.h"
@@ -28,6 +29,9 @@ struct PlanningInput {
   // Changes the store before its last snapshot is taken; or empty.
   std::function<void(Atlas& atlas)> last_change = {};
 };
+
+// Returns the bad ones among the views.
+[[nodiscard]] std::vector<SkippedView> skipped_views(const std::vector<SceneView>& views);
 
 [[nodiscard]] std::shared_ptr<const Visibility> make_visibility(const Surface& surface, VisibilityBy by);
 

@@ -66,7 +66,8 @@ void add_village(Scene village, const dvec3& shift, Scene& district) {
 // Along the streets that run along x, to and fro, from one to the next by a street along y, and back by the first one.
 std::vector<dvec3> walk_along_streets(const dvec2& low, std::uint32_t columns, std::uint32_t rows) {
   const auto street = [](double first, std::uint32_t number) {
-    const double middle = first + kVillageSide * (number / 2);
+    const std::uint32_t village = number / 2;
+    const double middle = first + kVillageSide * village;
     return middle + (number % 2 == 0 ? -kStreetOffset : kStreetOffset);
   };
   std::vector<dvec2> corners;
