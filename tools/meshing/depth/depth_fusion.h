@@ -72,8 +72,8 @@ using DepthSource = std::function<DepthImage(std::size_t index)>;
                                  const std::function<void(std::size_t)>& progress);
 
 // Fuses depth images one after the other, as they come, and returns the surface of those that came so far as often as
-// it is asked for. An image adds to the blocks near what it measured alone: free space farther before it is not cleared,
-// as fused() does, so that the time of an image does not grow with the scene.
+// it is asked for. An image adds to the blocks near what it measured alone. The free space farther before it is not
+// cleared, as fused() does, so that the time of an image does not grow with the scene.
 //
 //   GrowingFusion fusion({.voxel = 0.02, .truncation = 0.08, .least_weight = 0.1});
 //   for (const DepthImage& image : stream) {
