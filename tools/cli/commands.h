@@ -21,6 +21,7 @@ void add_inspect_command(CLI::App& program);
 void add_capture_command(CLI::App& program);
 void add_mesh_command(CLI::App& program);
 void add_build_command(CLI::App& program);
+void add_live_command(CLI::App& program);
 void add_render_command(CLI::App& program);
 void add_validate_command(CLI::App& program);
 void add_export_command(CLI::App& program);

@@ -24,6 +24,7 @@ constexpr Requirement live_requires{"live"};
 
 // A view is not decided before the surface has grown if more than this share of its picture has no surface yet.
 constexpr double kMuchUnseen = 0.2;
+constexpr double kStoringShare = 2;  // as much time for views as for surfaces, times this, while both wait
 constexpr std::size_t kMostPassed =
     256;  // views that count for demand and wait for it; of more the first are forgotten
 
@@ -201,7 +202,7 @@ std::optional<std::size_t> LiveModel::State::next_view() const {
   return best;
 }
 
-// Views are stored for as long as the last surface took to be taken over, if any are ready.
+// Views are stored for kStoringShare times as long as the last surface took to be taken over, if any are ready.
 bool LiveModel::State::may_take_surface() const {
   return grown && (!next_view() || LiveClock::now() >= next_taking);
 }
@@ -404,7 +405,7 @@ void LiveModel::State::take_surface(Lock& lock) {
   count_anew(lock, std::make_shared<const LiveSight>(LiveSight{next.surface.surface, next.surface.visibility}),
              next.depths);
   const double ms = stopwatch.stop(status.surface_taking);
-  next_taking = LiveClock::now() + std::chrono::microseconds(static_cast<std::int64_t>(1000 * ms));
+  next_taking = LiveClock::now() + std::chrono::microseconds(static_cast<std::int64_t>(1000 * kStoringShare * ms));
 }
 
 void LiveModel::State::take_moves(Lock& lock) {

@@ -18,8 +18,8 @@ namespace {
 constexpr double kTruncationVoxels = 4;  // as much as mesh_from_depths() takes
 constexpr double kCellsPerDistance = 16;
 constexpr std::size_t kFewestFaces = 60;  // fewest faces of a piece that is not taken for noise
-// The weight of a voxel that has a value: half a glance from as far away as most depths are.
-constexpr double kGlance = 0.5;
+// The weight of a voxel that has a value: a glance aslant from as far away as most depths are.
+constexpr double kGlance = 0.05;
 constexpr double kMostDepths = 0.9;
 
 std::vector<double> measured_depths(const DepthImage& image) {

@@ -463,9 +463,10 @@ TriangleSoup fused(std::span<const DepthImage> images, const FusionOptions& opti
       .surface;
 }
 
-// A block is shown anew when its voxels have been seen by this share more than when it was shown last. So a block is
-// shown as often as the logarithm of what is seen of it, and what it would move by is small beside the noise.
-constexpr float kShownAnew = 0.25F;
+// A block is shown anew when its voxels have been seen by this share more than when it was shown last: twice as much.
+// So a block is shown as often as the logarithm of what is seen of it, and what it would move by is below the noise
+// that it was shown with.
+constexpr float kShownAnew = 1;
 
 struct GrowingFusion::State {
   explicit State(const FusionOptions& fusion) : options(fusion) {}

@@ -92,7 +92,7 @@ class GrowingFusion {
   bool add(const DepthImage& image);
 
   enum class Show {
-    what_changed,  // a block that was seen by a quarter more since it was shown last; the others stay as they are
+    what_changed,  // blocks that have been seen twice as much as when they were shown last; the others stay as they are
     everything,    // all that was added
   };
   // Returns the surface as fused() cuts it out. Where no block near a vertex is shown anew, the vertex has the same
