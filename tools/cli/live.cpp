@@ -34,12 +34,16 @@ struct LiveFlags {
   PlaybackOptions options;
   PictureFlags pictures;
   HoldFlags hold;
+  std::uint16_t listen = 0;
+  CLI::Option* listen_option = nullptr;
   bool joint = false;
   bool view = false;
   bool no_browser = false;
   ServerOptions server;
   bool json_output = false;
   bool quiet = false;
+
+  [[nodiscard]] bool listens() const { return listen_option->count() > 0; }
 };
 
 PageOptions page_options_of(const LiveFlags& flags) {
@@ -48,9 +52,10 @@ PageOptions page_options_of(const LiveFlags& flags) {
 
 std::string progress_text(const PlaybackProgress& progress) {
   const LiveStatus& live = progress.live;
-  std::string line = number_text(progress.time, 3) + " of " + number_text(progress.seconds, 3) +
-                     " s: " + std::to_string(live.offered) + " photographs came, " + std::to_string(live.held) +
-                     " are in the model";
+  std::string line = number_text(progress.time, 3);
+  if (progress.seconds > 0) line += " of " + number_text(progress.seconds, 3);
+  line +=
+      " s: " + std::to_string(live.offered) + " photographs came, " + std::to_string(live.held) + " are in the model";
   if (live.waiting > 0) line += ", " + std::to_string(live.waiting) + " wait";
   if (live.dropped > 0) line += ", " + std::to_string(live.dropped) + " were given up for others";
   line += "; of " + std::to_string(live.depths_given) + " depth images " + std::to_string(live.fusion.count) +
@@ -146,12 +151,17 @@ std::function<void(const PlaybackProgress&)> told_on_standard_error(bool quiet) 
 }
 
 void run(LiveFlags flags) {
+  if (flags.listens() != flags.source.empty()) {
+    throw CLI::ValidationError("SOURCE", "is needed unless --listen is given, and not with it");
+  }
   flags.options.pictures = flags.pictures.folders();
   flags.options.hold_out = flags.hold.protocol();
   if (flags.joint) flags.options.polish_steps = kJointSteps;
   check_usage(flags.options);
   check_apart(flags.output, std::array{flags.source, flags.pictures.images, flags.pictures.masks});
   ModelOutput output(flags.output);
+  std::optional<FrameSocket> socket;
+  if (flags.listens()) socket.emplace(flags.listen);
   const auto shown = flags.view ? std::make_unique<ShownBuild>(page_options_of(flags)) : nullptr;
   std::optional<EndRequest> end_request(std::in_place);
   PlaybackCallbacks callbacks;
@@ -160,8 +170,11 @@ void run(LiveFlags flags) {
   if (shown) {
     callbacks.watch = [&shown](LiveModel& live) { return shown->follow([&live] { return live.snapshot(); }); };
   }
+  callbacks.warned = [](const std::string& sentence) { std::cerr << "warning: " << sentence << '\n'; };
+  if (socket) std::cerr << "listening for frames at 127.0.0.1:" << socket->port() << '\n';
   if (!flags.quiet) std::cerr << "Ctrl-C ends the stream and saves the model\n";
-  const Playback playback = play_capture(flags.source, flags.options, callbacks);
+  const Playback playback =
+      socket ? receive_stream(*socket, flags.options, callbacks) : play_capture(flags.source, flags.options, callbacks);
   tell(flags, playback);
   print_totals(flags, save_model(playback.result, output), playback.record);
   const bool asked_to_end = end_request->made();
@@ -184,16 +197,22 @@ void add_page_options(CLI::App& command, LiveFlags& flags) {
 void add_live_command(CLI::App& program) {
   auto flags = std::make_shared<LiveFlags>();
   CLI::App* command = program.add_subcommand("live", "Make a model of a stream with depth images while it is played");
-  add_file(*command, "SOURCE", flags->source, "SOURCE", "Capture with depth images: TUM RGB-D, ScanNet, Polycam")
-      ->required();
+  add_file(*command, "SOURCE", flags->source, "SOURCE", "Capture with depth images: TUM RGB-D, ScanNet, Polycam");
   PlaybackOptions& options = flags->options;
   begin_group(*command, "Files");
   add_model_output(*command, flags->output);
   flags->pictures.add_to(*command);
   begin_group(*command, "Stream");
+  flags->listen_option =
+      command
+          ->add_option("--listen", flags->listen, "Take frames that a program sends to this port; 0: any that is free")
+          ->type_name("PORT")
+          ->transform(whole_number(0, 65535))
+          ->default_str("");
   command->add_option("--speed", options.speed, "Times as fast as it was taken")->type_name("X");
   command->add_option("--rate", options.rate, "Photographs a second where the capture has no times")->type_name("N");
   flags->hold.add_to(*command, "Leave out every H-th photograph, for validate");
+  flags->hold.hold_option->excludes(flags->listen_option);
   begin_group(*command, "Model");
   command->add_option("--max-views", options.live.max_views, "Photographs that the model keeps")
       ->type_name("N")

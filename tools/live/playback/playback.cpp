@@ -4,10 +4,13 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <glm/glm.hpp>
 #include <map>
+#include <set>
 #include <string>
 #include <thread>
 #include <utility>
+#include <variant>
 
 #include "mesh/base/errors.h"
 #include "mesh/base/requirement.h"
@@ -16,6 +19,7 @@
 #include "tools/base/elapsed.h"
 #include "tools/budget/gpu_budget.h"
 #include "tools/live/playback/captured_stream.h"
+#include "tools/live/playback/frame_message.h"
 #include "tools/meshing/depth/scene_depth.h"
 #include "tools/pipeline/surface/surface_trust_shares.h"
 
@@ -91,15 +95,20 @@ class Player {
   double time_ = 0;
 };
 
+// Where frames came from, and the photographs that were offered.
+struct PlayedSource {
+  SceneViews scene;  // of a capture; empty for a client, except for its root
+  std::vector<std::string> offered;
+};
+
 // One entry for each photograph that was offered, in that order; those that nothing more is known of were rejected.
-std::vector<PlannedView> planned_views(const CapturedStream& stream, const PlaybackRecord& record) {
+std::vector<PlannedView> planned_views(const PlayedSource& source, const PlaybackRecord& record) {
   std::map<std::string, const LiveOutcome*> by_name;
   for (const LiveOutcome& outcome : record.outcomes) by_name[outcome.name] = &outcome;
   std::vector<PlannedView> planned;
-  for (std::size_t i = 0; i < record.frames; ++i) {
-    if (!stream.frames[i].view) continue;
+  for (const std::string& name : source.offered) {
     PlannedView& view = planned.emplace_back();
-    view.name = stream.scene.views[*stream.frames[i].view].name;
+    view.name = name;
     const auto found = by_name.find(view.name);
     if (found != by_name.end()) view.verdict = found->second->verdict;
   }
@@ -123,12 +132,12 @@ void measure_trust(BuildResult& result) {
   result.snapshot.cell_deviation = std::move(deviation.of_cell);
 }
 
-BuildResult result_of(const CapturedStream& stream, const PlaybackOptions& options, LiveResult model,
+BuildResult result_of(const PlayedSource& source, const PlaybackOptions& options, LiveResult model,
                       const PlaybackRecord& record) {
   BuildResult result;
   result.snapshot = std::move(model.snapshot);
   if (!result.snapshot.surface) {
-    throw InputError(stream.scene.root.string() + ": none of the depth images that were played makes a surface" +
+    throw InputError(source.scene.root.string() + ": none of the depth images that came makes a surface" +
                      (record.live.last_failure.empty() ? "" : ": " + record.live.last_failure));
   }
   result.options.max_views = options.live.max_views;
@@ -138,21 +147,139 @@ BuildResult result_of(const CapturedStream& stream, const PlaybackOptions& optio
   result.options.refine_lenses = false;
   result.options.texture_px.reset();
   result.effective = model.planner;
-  result.mesh_file = stream.scene.root;
-  result.planned = planned_views(stream, record);
+  result.mesh_file = source.scene.root;
+  result.planned = planned_views(source, record);
   result.skipped = unread_views(record);
-  result.scene_notes = stream.scene.notes;
-  result.georeference = stream.scene.georeference;
+  result.scene_notes = source.scene.notes;
+  result.georeference = source.scene.georeference;
   // Of a stream that was ended the photographs that did not come are none that the model lacks.
-  result.views = record.ended_early ? result.planned.size() : stream.scene.views.size();
-  result.masked_views = masked_views(stream.scene);
-  result.listed_to_score = record.ended_early ? 0 : held_out_views(stream.scene);
+  result.views = record.ended_early ? result.planned.size() : source.scene.views.size();
+  result.masked_views = masked_views(source.scene);
+  result.listed_to_score = record.ended_early ? 0 : held_out_views(source.scene);
   result.summed_coverage = model.summed_coverage;
   result.stored_bytes = model.stored_bytes;
   if (options.measure_deviation) measure_trust(result);
   result.gpu_bytes = GpuByteCount(result.snapshot.surface).of(result.snapshot);
   return result;
 }
+
+// Works off what waits, and makes the result.
+void finish_playback(LiveModel& live, std::shared_ptr<void>& watch, const PlayedSource& source,
+                     const PlaybackOptions& options, Playback& playback) {
+  const Clock::time_point end = Clock::now();
+  LiveResult model = live.finish(options.polish_steps);
+  watch.reset();
+  PlaybackRecord& record = playback.record;
+  record.outcomes = live.take_outcomes();
+  record.live = live.status();
+  playback.result = result_of(source, options, std::move(model), record);
+  record.finish_ms = ms_since(end);
+}
+
+DepthImage depth_of(const FrameMessage& frame) {
+  std::vector<float> depth;
+  depth.reserve(frame.depth.size());
+  for (const std::uint16_t value : frame.depth) depth.push_back(static_cast<float>(frame.depth_unit * value));
+  return slanted_depth(frame.camera, std::move(depth));
+}
+
+// Takes messages of clients, one client after the other, until one of them says that the stream ends.
+class Receiver {
+ public:
+  Receiver(FrameSocket& socket, PlaybackOptions& options, const PlaybackCallbacks& callbacks)
+      : socket_(socket), options_(options), callbacks_(callbacks) {
+    source_.scene.root = "the stream";
+  }
+
+  Playback receive() {
+    while (!ended_ && !(callbacks_.ended && callbacks_.ended())) {
+      take(socket_.receive(kLook));
+      if (Clock::now() >= next_tell_) tell();
+    }
+    tell();
+    Playback playback;
+    playback.record = std::move(record_);
+    playback.record.ended_early = !ended_;
+    playback.record.seconds = seconds();
+    if (!live_) throw InputError("no frame came, so that no model was saved");
+    finish_playback(*live_, watch_, source_, options_, playback);
+    return playback;
+  }
+
+ private:
+  void take(const FrameSocket::Received& received) {
+    if (received.opened) reader_ = MessageReader();
+    try {
+      reader_.add(received.bytes);
+      while (std::optional<LiveMessage> message = reader_.next()) {
+        std::visit([this](auto& content) { handle(std::move(content)); }, *message);
+      }
+    } catch (const InputError& error) {
+      warn(std::string("the client's ") + error.what() + ": its connection is ended, what came before stays");
+      socket_.hang_up();
+      reader_ = MessageReader();
+    }
+    if (received.closed && !ended_) warn("the client has gone without an end message; another may come");
+  }
+
+  void handle(FrameMessage&& message) {
+    if (!names_.insert(message.name).second) throw InputError("frame " + message.name + " came before");
+    if (!live_) start(message.camera);
+    ++record_.frames;
+    move(message.camera);
+    const auto frame = std::make_shared<const FrameMessage>(std::move(message));
+    if (!frame->depth.empty()) live_->fuse(frame->camera, [frame] { return depth_of(*frame); });
+    if (frame->photograph.empty()) return;
+    source_.offered.push_back(frame->name);
+    const Clock::time_point called = Clock::now();
+    (void)live_->offer(frame->name, frame->camera, [frame] { return read_photograph(frame->photograph, frame->name); });
+    record_.offer_ms.push_back(ms_since(called));
+  }
+
+  void handle(MovesMessage&& message) {
+    if (!live_) return;
+    for (MovedView& view : message.views) move(view.camera);
+    live_->move_views(std::move(message.views));
+  }
+
+  void handle(EndMessage&& /*end*/) { ended_ = true; }
+
+  void start(const Camera& first) {
+    options_.live.surface.offset = glm::round(first.center());
+    live_ = std::make_unique<LiveModel>(options_.live);
+    if (callbacks_.watch) watch_ = callbacks_.watch(*live_);
+    start_ = Clock::now();
+  }
+
+  void move(Camera& camera) const {
+    camera.cam_from_world_translation += camera.cam_from_world_rotation * options_.live.surface.offset;
+  }
+
+  [[nodiscard]] double seconds() const {
+    return live_ ? std::chrono::duration<double>(Clock::now() - start_).count() : 0;
+  }
+
+  void tell() {
+    next_tell_ = Clock::now() + kTell;
+    if (callbacks_.told && live_) callbacks_.told({seconds(), 0, record_.frames, 0, live_->status()});
+  }
+
+  void warn(const std::string& sentence) const {
+    if (callbacks_.warned) callbacks_.warned(sentence);
+  }
+
+  FrameSocket& socket_;
+  PlaybackOptions& options_;
+  const PlaybackCallbacks& callbacks_;
+  MessageReader reader_;
+  std::set<std::string> names_;
+  PlayedSource source_;
+  PlaybackRecord record_;
+  std::unique_ptr<LiveModel> live_;
+  std::shared_ptr<void> watch_;
+  Clock::time_point start_, next_tell_ = Clock::now() + kTell;
+  bool ended_ = false;
+};
 
 }  // namespace
 
@@ -174,13 +301,20 @@ Playback play_capture(const std::filesystem::path& folder, PlaybackOptions optio
   LiveModel live(options.live);
   std::shared_ptr<void> watch = callbacks.watch ? callbacks.watch(live) : nullptr;
   Player(stream, options, callbacks, live, record).play();
-  const Clock::time_point end = Clock::now();
-  LiveResult model = live.finish(options.polish_steps);
-  watch.reset();
-  record.outcomes = live.take_outcomes();
-  record.live = live.status();
-  playback.result = result_of(stream, options, std::move(model), record);
-  record.finish_ms = ms_since(end);
+  PlayedSource source{stream.scene, {}};
+  for (std::size_t i = 0; i < record.frames; ++i) {
+    if (stream.frames[i].view) source.offered.push_back(stream.scene.views[*stream.frames[i].view].name);
+  }
+  finish_playback(live, watch, source, options, playback);
+  playback.result.total_ms = ms_since(start);
+  return playback;
+}
+
+Playback receive_stream(FrameSocket& socket, PlaybackOptions options, const PlaybackCallbacks& callbacks) {
+  check(options);
+  const Clock::time_point start = Clock::now();
+  Receiver receiver(socket, options, callbacks);
+  Playback playback = receiver.receive();
   playback.result.total_ms = ms_since(start);
   return playback;
 }

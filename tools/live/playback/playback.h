@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Plays a capture with depth images to a LiveModel at its own pace, as if somebody walked through the scene now.
+// Feeds a LiveModel: with a capture, played at its own pace as if somebody walked through the scene now, or with what
+// another program sends.
 #pragma once
 
 #include <cstdint>
@@ -7,9 +8,11 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "tools/live/live_model.h"
+#include "tools/live/playback/frame_socket.h"
 #include "tools/pipeline/build_model.h"
 #include "tools/scene/scene.h"
 
@@ -30,14 +33,15 @@ void check(const PlaybackOptions& options);
 
 // What is known while the stream runs.
 struct PlaybackProgress {
-  double time = 0, seconds = 0;       // of the stream: now, and its last frame's
-  std::size_t frame = 0, frames = 0;  // those played, and all
+  double time = 0, seconds = 0;       // of the stream: now, and its last frame's; 0: not known
+  std::size_t frame = 0, frames = 0;  // those that came, and all; 0: not known
   LiveStatus live;
 };
 
 struct PlaybackCallbacks {
   std::function<bool()> ended;                             // asked some times a second; true ends the stream
   std::function<void(const PlaybackProgress&)> told;       // about once a second, and when the stream has ended
+  std::function<void(const std::string&)> warned;          // sentences about a client of receive_stream()
   std::function<std::shared_ptr<void>(LiveModel&)> watch;  // as AtlasWatch
 };
 
@@ -62,5 +66,11 @@ struct Playback {
 // none, and save_model() refuses it.
 [[nodiscard]] Playback play_capture(const std::filesystem::path& folder, PlaybackOptions options,
                                     const PlaybackCallbacks& callbacks = {});
+
+// Takes the frames that programs send to the socket (tools/live/README.md), until one of them ends the stream or
+// `ended` says so. A client that goes, stalls or sends nonsense ends nothing: what it sent before stays, and another
+// one may come. Throws as play_capture(), and InputError where no frame came.
+[[nodiscard]] Playback receive_stream(FrameSocket& socket, PlaybackOptions options,
+                                      const PlaybackCallbacks& callbacks = {});
 
 }  // namespace lumatlas
