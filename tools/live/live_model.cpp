@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <condition_variable>
 #include <exception>
+#include <functional>
 #include <map>
 #include <mutex>
 #include <stdexcept>
@@ -127,17 +128,30 @@ struct LiveModel::State {
   void end_threads();
   void require_going() const;
 
+  // A waiting view that is to be decided on the next surface, and what was decided.
+  struct Undecided {
+    std::uint64_t number;
+    Camera camera;
+    bool ready;  // is not to wait for another surface
+  };
+  struct Recount {
+    double news = 0;
+    bool worth = false;
+    std::optional<std::uint32_t> counted;  // see WaitingView; none: the view is turned away
+  };
+
   // Called with the mutex locked.
   [[nodiscard]] bool depths_rest() const { return depths.empty() && !depths_busy && fused_unshown == 0; }
   [[nodiscard]] bool all_rests() const;
-  [[nodiscard]] bool is_ready(const WaitingView& view) const;
+  [[nodiscard]] bool is_ready(const WaitingView& view, std::uint64_t surface_depths) const;
   [[nodiscard]] std::optional<std::size_t> next_view() const;
   [[nodiscard]] bool may_take_surface() const;
   [[nodiscard]] bool may_make_surface() const;
   void note_passed(const Camera& camera);
   void give_up(std::size_t place, LiveVerdict& verdict);
   void turn_away(WaitingView view);
-  void decide_waiting(std::map<std::uint64_t, Sighting> sightings);
+  void forget_given_up(std::map<std::uint64_t, Recount>& recounted, LiveCoverage& fresh) const;
+  void take_recounts(const std::map<std::uint64_t, Recount>& recounted);
 
   // Called with the mutex locked, which they unlock while they work.
   void store_view(Lock& lock, std::size_t place);
@@ -147,6 +161,10 @@ struct LiveModel::State {
   void count_anew(Lock& lock, std::shared_ptr<const LiveSight> next, std::uint64_t next_depths);
   void fuse_next(Lock& lock);
   void make_surface(Lock& lock);
+
+  // Called without the lock.
+  void recount(const std::vector<Undecided>& views, const LiveSight& next, LiveCoverage& fresh,
+               std::map<std::uint64_t, Recount>& recounted) const;
 
   void run_views();
   void run_depths();
@@ -188,8 +206,8 @@ bool LiveModel::State::all_rests() const {
   return !sight || (waiting.empty() && passed.empty());
 }
 
-bool LiveModel::State::is_ready(const WaitingView& view) const {
-  return !view.for_depths || sight_depths >= *view.for_depths || (depths_rest() && !grown);
+bool LiveModel::State::is_ready(const WaitingView& view, std::uint64_t surface_depths) const {
+  return !view.for_depths || surface_depths >= *view.for_depths || (depths_rest() && !grown);
 }
 
 // The view with the most news first, of equals the one that was offered first.
@@ -197,7 +215,7 @@ std::optional<std::size_t> LiveModel::State::next_view() const {
   if (!sight) return std::nullopt;
   std::optional<std::size_t> best;
   for (std::size_t i = 0; i < waiting.size(); ++i) {
-    if (is_ready(waiting[i]) && (!best || waiting[i].news > waiting[*best].news)) best = i;
+    if (is_ready(waiting[i], sight_depths) && (!best || waiting[i].news > waiting[*best].news)) best = i;
   }
   return best;
 }
@@ -425,55 +443,77 @@ void LiveModel::State::take_moves(Lock& lock) {
   stopwatch.stop(status.moving);
 }
 
-// What waits is looked at outside the lock, until nothing has come meanwhile.
+// Offers go on with the account before, outside the lock, until a new one knows all that waits.
 void LiveModel::State::count_anew(Lock& lock, std::shared_ptr<const LiveSight> next, std::uint64_t next_depths) {
+  lock.unlock();
   auto fresh =
       std::make_unique<LiveCoverage>(*next->surface, options.max_views, options.waiting_views + 2, planner_options);
   fresh->follow(planner->store(), true);
-  std::map<std::uint64_t, Sighting> sightings;
+  lock.lock();
+  std::map<std::uint64_t, Recount> recounted;
   for (;;) {
-    std::vector<std::pair<std::uint64_t, Camera>> missing;
+    forget_given_up(recounted, *fresh);
+    std::vector<Undecided> missing;
     for (const WaitingView& view : waiting) {
-      if (!sightings.contains(view.number)) missing.emplace_back(view.number, view.camera);
+      if (!recounted.contains(view.number)) missing.push_back({view.number, view.camera, is_ready(view, next_depths)});
     }
     if (missing.empty()) break;
     lock.unlock();
-    for (const auto& [number, camera] : missing) sightings[number] = sighting_of(*next, camera, planner_options);
+    recount(missing, *next, *fresh, recounted);
     lock.lock();
   }
   sight = std::move(next);
   sight_depths = next_depths;
-  coverage = std::move(fresh);
-  decide_waiting(std::move(sightings));
+  std::swap(coverage, fresh);
+  take_recounts(recounted);
+}
+
+// Views that were given up meanwhile do not count.
+void LiveModel::State::forget_given_up(std::map<std::uint64_t, Recount>& recounted, LiveCoverage& fresh) const {
+  std::erase_if(recounted, [&](const auto& entry) {
+    const bool waits = std::any_of(waiting.begin(), waiting.end(),
+                                   [&](const WaitingView& view) { return view.number == entry.first; });
+    if (!waits && entry.second.counted) fresh.remove_waiting(*entry.second.counted);
+    return !waits;
+  });
+}
+
+// Decides about the views with the most news first, which may make others needless.
+void LiveModel::State::recount(const std::vector<Undecided>& views, const LiveSight& next, LiveCoverage& fresh,
+                               std::map<std::uint64_t, Recount>& recounted) const {
+  std::vector<std::pair<Sighting, const Undecided*>> sightings;
+  for (const Undecided& view : views) sightings.emplace_back(sighting_of(next, view.camera, planner_options), &view);
+  for (const auto& [seen, view] : sightings) fresh.ask(seen);
+  std::multimap<double, std::size_t, std::greater<>> by_news;
+  for (std::size_t i = 0; i < sightings.size(); ++i) by_news.emplace(fresh.news(sightings[i].first), i);
+  for (const auto& [news, i] : by_news) {
+    const auto& [seen, view] = sightings[i];
+    Recount& result = recounted[view->number];
+    result.news = news;
+    result.worth = fresh.is_worth(seen);
+    if (result.worth || !view->ready) result.counted = fresh.add_waiting(seen);
+  }
+}
+
+void LiveModel::State::take_recounts(const std::map<std::uint64_t, Recount>& recounted) {
+  std::vector<WaitingView> before = std::exchange(waiting, {});
+  for (WaitingView& view : before) {
+    const Recount& result = recounted.at(view.number);
+    if (!result.counted) {
+      turn_away(std::move(view));
+      continue;
+    }
+    view.news = result.news;
+    view.counted = *result.counted;
+    if (result.worth) view.for_depths.reset();
+    waiting.push_back(std::move(view));
+  }
 }
 
 void LiveModel::State::turn_away(WaitingView view) {
   ++status.not_needed;
   outcomes.push_back({view.name, {}, {}, ms_of(LiveClock::now() - view.offered)});
   note_passed(view.camera);
-}
-
-// Those with the most news first, which may make others needless.
-void LiveModel::State::decide_waiting(std::map<std::uint64_t, Sighting> sightings) {
-  std::vector<WaitingView> before = std::exchange(waiting, {});
-  for (const WaitingView& view : before) coverage->ask(sightings[view.number]);
-  for (WaitingView& view : before) view.news = coverage->news(sightings[view.number]);
-  std::stable_sort(before.begin(), before.end(),
-                   [](const WaitingView& a, const WaitingView& b) { return a.news > b.news; });
-  for (WaitingView& view : before) {
-    const Sighting& seen = sightings[view.number];
-    const bool decided = is_ready(view);
-    if (coverage->is_worth(seen)) {
-      view.for_depths.reset();
-    } else if (decided) {
-      turn_away(std::move(view));
-      continue;
-    }
-    view.counted = coverage->add_waiting(seen);
-    waiting.push_back(std::move(view));
-  }
-  std::sort(waiting.begin(), waiting.end(),
-            [](const WaitingView& a, const WaitingView& b) { return a.number < b.number; });
 }
 
 void LiveModel::State::run_depths() {
