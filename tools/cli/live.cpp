@@ -219,7 +219,7 @@ void add_live_command(CLI::App& program) {
       ->transform(whole_number(1, 100'000));
   command
       ->add_option("--voxel", options.live.surface.voxel,
-                   "Of the surface, in scene units; without it 8 pixels of the first depth image")
+                   "Of the surface, in scene units; without it 6 pixels of the first depth image")
       ->type_name("LENGTH");
   command->add_flag("--joint", flags->joint, "Refine all photographs together when the stream has ended");
   begin_group(*command, "Messages");

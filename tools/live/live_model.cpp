@@ -149,7 +149,7 @@ struct LiveModel::State {
   [[nodiscard]] bool may_make_surface() const;
   void note_passed(const Camera& camera);
   void give_up(std::size_t place, LiveVerdict& verdict);
-  void turn_away(WaitingView view);
+  void turn_away(const WaitingView& view);
   void forget_given_up(std::map<std::uint64_t, Recount>& recounted, LiveCoverage& fresh) const;
   void take_recounts(const std::map<std::uint64_t, Recount>& recounted);
 
@@ -482,6 +482,7 @@ void LiveModel::State::forget_given_up(std::map<std::uint64_t, Recount>& recount
 void LiveModel::State::recount(const std::vector<Undecided>& views, const LiveSight& next, LiveCoverage& fresh,
                                std::map<std::uint64_t, Recount>& recounted) const {
   std::vector<std::pair<Sighting, const Undecided*>> sightings;
+  sightings.reserve(views.size());
   for (const Undecided& view : views) sightings.emplace_back(sighting_of(next, view.camera, planner_options), &view);
   for (const auto& [seen, view] : sightings) fresh.ask(seen);
   std::multimap<double, std::size_t, std::greater<>> by_news;
@@ -500,7 +501,7 @@ void LiveModel::State::take_recounts(const std::map<std::uint64_t, Recount>& rec
   for (WaitingView& view : before) {
     const Recount& result = recounted.at(view.number);
     if (!result.counted) {
-      turn_away(std::move(view));
+      turn_away(view);
       continue;
     }
     view.news = result.news;
@@ -510,7 +511,7 @@ void LiveModel::State::take_recounts(const std::map<std::uint64_t, Recount>& rec
   }
 }
 
-void LiveModel::State::turn_away(WaitingView view) {
+void LiveModel::State::turn_away(const WaitingView& view) {
   ++status.not_needed;
   outcomes.push_back({view.name, {}, {}, ms_of(LiveClock::now() - view.offered)});
   note_passed(view.camera);

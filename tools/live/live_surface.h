@@ -29,7 +29,7 @@ struct LiveSurfaceOptions {
 };
 
 // A surface of voxels as small as a depth image's pixels has far more faces than can follow a stream.
-inline constexpr double kLiveVoxelPixels = 8;
+inline constexpr double kLiveVoxelPixels = 6;
 
 // Throws std::invalid_argument naming the field, its value and the rule that it breaks.
 void check(const LiveSurfaceOptions& options);

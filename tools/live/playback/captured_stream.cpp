@@ -85,6 +85,7 @@ std::vector<double> times_of_depths(const SceneViews& scene, const std::vector<d
 std::vector<CapturedFrame> frames_of(const std::vector<std::pair<double, std::size_t>>& views,
                                      const std::vector<double>& depth_times) {
   std::vector<CapturedFrame> frames;
+  frames.reserve(views.size() + depth_times.size());
   for (const auto& [time, view] : views) frames.push_back({time, view, std::nullopt});
   const auto earlier = [](const CapturedFrame& a, const CapturedFrame& b) { return a.time < b.time; };
   std::stable_sort(frames.begin(), frames.end(), earlier);
