@@ -88,15 +88,7 @@ Camera Planner::planning_camera(const Camera& camera) const {
 }
 
 std::vector<CellPart> Planner::parts(const Camera& small, std::span<const CellPixels> seen) const {
-  const std::shared_ptr<const Surface> surface = atlas_.surface();
-  const Cells& cells = surface->cells;
-  std::vector<CellPart> parts;
-  parts.reserve(seen.size());
-  for (const CellPixels& count : seen) {
-    parts.push_back(
-        {count.cell, contribution(cells.cells[count.cell], cells.size, small, count.pixels, options_.coverage)});
-  }
-  return parts;
+  return cell_parts(atlas_.surface()->cells, small, seen, options_.coverage);
 }
 
 std::vector<CellPart> Planner::parts_of(const Camera& camera) const {

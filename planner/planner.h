@@ -116,6 +116,12 @@ class Planner {
   // std::invalid_argument, and changes nothing, if the surface does not fit: see Atlas::replace_surface().
   SurfaceUpdate update_surface(std::shared_ptr<const Surface> surface, const Visibility& visibility,
                                std::span<const CellId> previous_cell, std::span<const std::uint8_t> changed);
+  // The caller has found other poses for stored views, as a SLAM system does when it closes a loop. `poses` has the
+  // poses that the views would be offered with now; what refinement corrected of the former ones is applied to these
+  // too. A snapshot has all the new poses or none. Then the cells that the views see are counted again and their depths
+  // and masks are made again, view by view, and at the end all references follow at once. No slot may be promised
+  // (std::logic_error). Throws what Atlas::set_poses() throws, and changes nothing then.
+  SurfaceUpdate move_views(std::span<const ViewPose> poses);
 
  private:
   friend class Pruning;
@@ -149,6 +155,7 @@ class Planner {
                                                       std::span<const std::uint8_t> changed,
                                                       const Surface& surface) const;
   bool make_depth_again(ViewSlot slot);
+  bool see_again(ViewSlot slot);
 
   Atlas& atlas_;
   const Visibility* visibility_;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Planner::update_surface(): the geometry changes while the stream runs (Erat et al. 2019, section 5).
+// Planner::update_surface() and move_views(): geometry and poses change while the stream runs (Erat et al. 2019,
+// section 5).
 #include <algorithm>
 #include <array>
 #include <glm/glm.hpp>
@@ -103,6 +104,15 @@ bool Planner::make_depth_again(ViewSlot slot) {
   return !same_depth;
 }
 
+// Counts the cells that the view sees, and makes its depth. Returns whether the depth is another than before.
+bool Planner::see_again(ViewSlot slot) {
+  const Camera small = planning_camera(atlas_.view(slot)->camera);
+  const std::vector<CellPixels> seen = count_cell_pixels(visibility_->trace(small), atlas_.surface()->cells);
+  atlas_.mark_seen(seen);
+  store_.count_again(slot, parts(small, seen));
+  return make_depth_again(slot);
+}
+
 SurfaceUpdate Planner::update_surface(std::shared_ptr<const Surface> surface, const Visibility& visibility,
                                       std::span<const CellId> previous_cell, std::span<const std::uint8_t> changed) {
   if (!surface) throw std::invalid_argument("planner: surface is null");
@@ -136,14 +146,30 @@ SurfaceUpdate Planner::update_surface(std::shared_ptr<const Surface> surface, co
   refiner_.see_with(visibility);
   SurfaceUpdate update;
   update.views_seen_again = static_cast<std::uint32_t>(again.size());
-  for (const ViewSlot slot : again) {
-    const Camera small = planning_camera(atlas_.view(slot)->camera);
-    const std::vector<CellPixels> seen = count_cell_pixels(visibility.trace(small), now->cells);
-    atlas_.mark_seen(seen);
-    store_.count_again(slot, parts(small, seen));
-    update.depths_made_again += make_depth_again(slot);
-  }
+  for (const ViewSlot slot : again) update.depths_made_again += see_again(slot);
   store_.offer_again(again, changed);
+  return update;
+}
+
+SurfaceUpdate Planner::move_views(std::span<const ViewPose> poses) {
+  if (store_.held_views() != atlas_.size()) throw std::logic_error("planner: views move while slots are promised");
+  std::vector<ViewPose> refined;
+  std::vector<ViewSlot> moved;
+  for (const ViewPose& pose : poses) {
+    refined.push_back({pose.slot, refiner_.refined_from(pose.slot, pose.camera)});
+    moved.push_back(pose.slot);
+  }
+  atlas_.set_poses(refined);
+  for (std::size_t i = 0; i < poses.size(); ++i) refiner_.moved(poses[i].slot, poses[i].camera, refined[i].camera);
+  const std::shared_ptr<const Surface> surface = atlas_.surface();
+  const std::size_t cells = surface->cells.cells.size();
+  std::vector<CellId> same(cells);
+  for (CellId cell{0}; cell < cells; ++cell) same[cell] = cell;
+  store_.follow(*surface, moved, same);
+  SurfaceUpdate update;
+  update.views_seen_again = static_cast<std::uint32_t>(moved.size());
+  for (const ViewSlot slot : moved) update.depths_made_again += see_again(slot);
+  store_.offer_again(moved, std::vector<std::uint8_t>(cells, 0));
   return update;
 }
 

@@ -125,6 +125,17 @@ Contribution contribution(const Cell& cell, double cell_size, const Camera& came
           visible_pixels / picture};
 }
 
+std::vector<CellPart> cell_parts(const Cells& cells, const Camera& camera, std::span<const CellPixels> seen,
+                                 const CoverageOptions& options) {
+  std::vector<CellPart> parts;
+  parts.reserve(seen.size());
+  for (const CellPixels& count : seen) {
+    coverage_requires.is_below(count.cell, cells.cells.size(), "cell", "the number of cells");
+    parts.push_back({count.cell, contribution(cells.cells[count.cell], cells.size, camera, count.pixels, options)});
+  }
+  return parts;
+}
+
 double directional_coverage(double gamma, bool alone, const CoverageOptions& options) {
   if (alone) return options.departures.first_view ? 1 : 0;
   return std::clamp((1 - gamma) / (1 - tammes_cosine_bound(options)), 0.0, 1.0);

@@ -17,10 +17,12 @@
 #include <cstdint>
 #include <glm/vec3.hpp>
 #include <span>
+#include <vector>
 
 #include "mesh/base/id.h"
 #include "mesh/camera.h"
 #include "mesh/cells/cells.h"
+#include "mesh/visibility/visibility.h"
 
 namespace lumatlas {
 
@@ -111,6 +113,11 @@ struct CellPart {
 // finite and > 0 (std::invalid_argument).
 [[nodiscard]] Contribution contribution(const Cell& cell, double cell_size, const Camera& camera, double visible_pixels,
                                         const CoverageOptions& options);
+
+// Returns the parts of a view that sees so many of the camera's pixels of each cell, in that order. Throws as
+// contribution() does, and std::invalid_argument for a cell that is not there.
+[[nodiscard]] std::vector<CellPart> cell_parts(const Cells& cells, const Camera& camera,
+                                               std::span<const CellPixels> seen, const CoverageOptions& options);
 
 // cov_d from gamma, in [0, 1]; `alone`: there is no view to compare with.
 [[nodiscard]] double directional_coverage(double gamma, bool alone, const CoverageOptions& options);

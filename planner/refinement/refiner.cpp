@@ -263,6 +263,28 @@ void Refiner::stored(ViewSlot slot, const Camera& given, const Refinement& refin
   }
 }
 
+Camera Refiner::refined_from(ViewSlot slot, const Camera& given) const {
+  refiner_requires.is_below(slot, views_.size(), "slot", "the atlas's capacity");
+  if (!views_[slot]) return given;
+  const Camera &before = given_[slot], &refined = views_[slot]->camera;
+  const glm::dmat3 turn = refined.cam_from_world_rotation * glm::transpose(before.cam_from_world_rotation);
+  const glm::dvec3 shift = refined.cam_from_world_translation - turn * before.cam_from_world_translation;
+  Camera result = refined;
+  result.cam_from_world_rotation = turn * given.cam_from_world_rotation;
+  result.cam_from_world_translation = turn * given.cam_from_world_translation + shift;
+  return result;
+}
+
+void Refiner::moved(ViewSlot slot, const Camera& given, const Camera& refined) {
+  refiner_requires.is_below(slot, views_.size(), "slot", "the atlas's capacity");
+  if (!views_[slot]) return;
+  given_[slot] = given;
+  views_[slot]->camera = refined;
+  samples_[slot].reset();
+  still_ = 0;
+  replaced(slot);
+}
+
 void Refiner::see_with(const Visibility& visibility) {
   visibility_ = &visibility;
   for (std::optional<ChosenSamples>& chosen : samples_) chosen.reset();

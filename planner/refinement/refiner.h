@@ -112,6 +112,11 @@ class Refiner {
   // The atlas has put another depth and mask in the place of the slot's; the photograph is the same, or has another
   // size: then the view is not refined any more.
   void replaced(ViewSlot slot);
+  // Returns the pose that a stored view has once `given` is the pose that it came with: corrected by as much, seen from
+  // the camera, as the pose before was.
+  [[nodiscard]] Camera refined_from(ViewSlot slot, const Camera& given) const;
+  // The atlas has moved the slot's view to `refined`, because `given` is the pose that it came with from here on.
+  void moved(ViewSlot slot, const Camera& given, const Camera& refined);
   // The mesh has changed; `visibility` must outlive the refiner or the next call.
   void see_with(const Visibility& visibility);
   // Depth edges are masked in another way from now on. The options must pass check(); this is not checked here.

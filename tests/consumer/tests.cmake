@@ -33,6 +33,7 @@ endfunction()
 set(gl_libraries libGL libOpenGL libGLX libEGL libepoxy)
 lumatlas_consumer_test(mesh WITHOUT epoxy OpenImageIO TinyGLTF Ceres UNLINKED ${gl_libraries} libOpenImageIO libceres)
 lumatlas_consumer_test(planner WITHOUT epoxy UNLINKED ${gl_libraries})
+lumatlas_consumer_test(live WITHOUT CLI11 epoxy UNLINKED ${gl_libraries})
 lumatlas_consumer_test(blend WITHOUT Ceres UNLINKED libceres)
 lumatlas_consumer_test(scene WITH surface ARGUMENTS ${consumer_scene} WITHOUT CLI11 epoxy Ceres UNLINKED ${gl_libraries} libceres)
 lumatlas_consumer_test(pipeline WITH score ARGUMENTS ${consumer_scene} ${CMAKE_CURRENT_BINARY_DIR}/consumer/model

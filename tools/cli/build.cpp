@@ -76,7 +76,7 @@ void run(const BuildFlags& flags) {
   const ImageCoding photographs = flags.image_coding();
   check_apart(flags.output, std::array{flags.scene, flags.mesh, flags.pictures.images, flags.pictures.masks});
   ModelOutput output(flags.output);
-  const auto shown = flags.view ? std::make_unique<ShownBuild>(flags) : nullptr;
+  const auto shown = flags.view ? std::make_unique<ShownBuild>(page_options_of(flags)) : nullptr;
   const BuildResult result =
       build_model(flags.scene, options, build_progress_of(flags), shown ? shown->watch() : AtlasWatch());
   tell(flags, result);

@@ -51,6 +51,7 @@ int run_command_line(int argc, const char* const* argv) {
   add_mesh_command(program);
   add_build_command(program);
   add_city_command(program);
+  add_live_command(program);
   add_render_command(program);
   add_validate_command(program);
   add_export_command(program);

@@ -22,6 +22,7 @@ void add_capture_command(CLI::App& program);
 void add_mesh_command(CLI::App& program);
 void add_build_command(CLI::App& program);
 void add_city_command(CLI::App& program);
+void add_live_command(CLI::App& program);
 void add_render_command(CLI::App& program);
 void add_validate_command(CLI::App& program);
 void add_export_command(CLI::App& program);

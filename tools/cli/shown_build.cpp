@@ -4,6 +4,7 @@
 #include <chrono>
 #include <iostream>
 #include <string>
+#include <utility>
 
 #include "tools/base/process/interrupt.h"
 #include "tools/cli/output/print_address.h"
@@ -11,14 +12,18 @@
 
 namespace lumatlas {
 
-ShownBuild::ShownBuild(const BuildFlags& flags)
-    : flags_(flags), server_(flags.server), site_(server_, title_of(flags.output)) {
-  if (!flags.quiet) {
+PageOptions page_options_of(const BuildFlags& flags) {
+  return {flags.output, flags.server, flags.no_browser, flags.json_output, flags.quiet};
+}
+
+ShownBuild::ShownBuild(const PageOptions& options)
+    : options_(options), server_(options.server), site_(server_, title_of(options.model)) {
+  if (!options.quiet) {
     std::cerr << "see it: " << server_.address() << '\n';
-  } else if (!flags.json_output) {
+  } else if (!options.json_output) {
     print_address(server_.address(), false);
   }
-  if (!flags.no_browser) open_browser(server_.address());
+  if (!options.no_browser) open_browser(server_.address());
   serving_ = std::thread([this] { server_.serve([this] { return stop_.load(); }); });
 }
 
@@ -29,23 +34,27 @@ ShownBuild::~ShownBuild() {
 
 AtlasWatch ShownBuild::watch() {
   return [this](const Atlas& atlas) {
-    return show_while_it_changes(
-        site_,
-        [this, &atlas]() -> std::shared_ptr<const Snapshot> {
-          auto next = std::make_shared<const Snapshot>(atlas.snapshot());
-          if (snapshot_ && look_alike(*next, *snapshot_)) return nullptr;
-          snapshot_ = next;
-          return next;
-        },
-        [this](const std::string& why) {
-          if (!flags_.quiet) std::cerr << "warning: the page is not up to date: " << why << '\n';
-        });
+    return follow([&atlas] { return std::make_shared<const Snapshot>(atlas.snapshot()); });
   };
+}
+
+std::shared_ptr<void> ShownBuild::follow(std::function<std::shared_ptr<const Snapshot>()> now) {
+  return show_while_it_changes(
+      site_,
+      [this, now = std::move(now)]() -> std::shared_ptr<const Snapshot> {
+        std::shared_ptr<const Snapshot> next = now();
+        if (!next || (snapshot_ && look_alike(*next, *snapshot_))) return nullptr;
+        snapshot_ = next;
+        return next;
+      },
+      [this](const std::string& why) {
+        if (!options_.quiet) std::cerr << "warning: the page is not up to date: " << why << '\n';
+      });
 }
 
 void ShownBuild::show_until_interrupted(const Snapshot& snapshot) {
   site_.update(snapshot, true, throw_if_interrupted);
-  if (!flags_.quiet) std::cerr << "the page shows it until Ctrl-C: " << server_.address() << '\n';
+  if (!options_.quiet) std::cerr << "the page shows it until Ctrl-C: " << server_.address() << '\n';
   for (;; std::this_thread::sleep_for(std::chrono::milliseconds(50))) throw_if_interrupted();
 }
 

@@ -3,6 +3,8 @@
 #pragma once
 
 #include <atomic>
+#include <filesystem>
+#include <functional>
 #include <memory>
 #include <thread>
 
@@ -12,22 +14,33 @@
 
 namespace lumatlas {
 
+// How a command shows the model that it makes.
+struct PageOptions {
+  std::filesystem::path model;  // by which the page is named
+  ServerOptions server;
+  bool no_browser = false, json_output = false, quiet = false;
+};
+
+[[nodiscard]] PageOptions page_options_of(const BuildFlags& flags);
+
 class ShownBuild {
  public:
-  // Starts a server and opens a browser; `flags` must outlive this. With --quiet and without --json the address goes to
-  // stdout, otherwise to stderr.
-  explicit ShownBuild(const BuildFlags& flags);
+  // Starts a server and opens a browser. With --quiet and without --json the address goes to stdout, otherwise to
+  // stderr.
+  explicit ShownBuild(const PageOptions& options);
   ~ShownBuild();
   ShownBuild(const ShownBuild&) = delete;
   ShownBuild& operator=(const ShownBuild&) = delete;
 
   // Returns what shows an atlas while it is built.
   [[nodiscard]] AtlasWatch watch();
+  // Shows what `now` returns, unless it is null, until the returned object is destroyed.
+  [[nodiscard]] std::shared_ptr<void> follow(std::function<std::shared_ptr<const Snapshot>()> now);
   // Throws Interrupted.
   void show_until_interrupted(const Snapshot& snapshot);
 
  private:
-  const BuildFlags& flags_;
+  PageOptions options_;
   SiteServer server_;
   LiveSite site_;
   std::shared_ptr<const Snapshot> snapshot_;  // the last one that was to be shown

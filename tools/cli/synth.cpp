@@ -72,6 +72,7 @@ void run(SynthFlags flags) {
                  {"path_frames", o.path_frames},
                  {"path_step", o.path_step},
                  {"test_views", o.test_views},
+                 {"stream_rate", o.stream_rate},
                  {"pose_noise", o.disturbances.pose_noise},
                  {"exposure_noise", o.disturbances.exposure_noise},
                  {"white_balance_noise", o.disturbances.white_balance_noise},
@@ -175,6 +176,11 @@ void add_synth_command(CLI::App& program) {
       ->type_name("LENGTH");
   count("--test-views", options.test_views, "N",
         "Also write DIR/test, views of random poses, for `lumatlas validate --test`");
+  begin_group(*command, "Stream");
+  command
+      ->add_option("--stream", options.stream_rate,
+                   "Also write DIR/stream, a TUM RGB-D folder of so many frames a second, for `lumatlas live`")
+      ->type_name("RATE");
   begin_group(*command, "Messages");
   add_json(*command, flags->json_output);
   add_quiet(*command, flags->quiet);

@@ -22,6 +22,7 @@
 #include "tools/lab/synth/errors/mesh_errors.h"
 #include "tools/lab/synth/random.h"
 #include "tools/lab/synth/scan.h"
+#include "tools/lab/synth/stream.h"
 #include "tools/lab/synth/tracer.h"
 #include "tools/scene/forms/colmap/colmap_writer.h"
 
@@ -209,6 +210,8 @@ void check(const SynthOptions& options) {
   }
   require(options.path_frames <= 100000, "path_frames", options.path_frames, "in [0, 100000]");
   require(options.test_views <= 100000, "test_views", options.test_views, "in [0, 100000]");
+  require(std::isfinite(options.stream_rate) && options.stream_rate >= 0, "stream_rate", options.stream_rate,
+          "finite and not negative");
   require(std::isfinite(options.path_step) && options.path_step > 0, "path_step", options.path_step,
           "finite and above 0");
   const SynthDisturbances& d = options.disturbances;
@@ -265,6 +268,14 @@ void write_synthetic_scene(const SynthOptions& options, const std::filesystem::p
   }
   if (options.test_views > 0) {
     write_true_views(folder / "test", options, synth::test_cameras(scene, tracer, options), 4, tracer, photograph_done);
+  }
+  if (options.stream_rate > 0) {
+    std::vector<synth::StreamFrame> frames;
+    for (std::size_t view = 0; view < cameras.size(); ++view) {
+      frames.push_back({folder / "images" / photograph_name(view), cameras[view], disturbances[view].written});
+    }
+    make_folder(folder / "stream");
+    synth::write_stream(folder / "stream", frames, tracer, options.stream_rate, options.seed);
   }
   write_ply(folder / "mesh.ply", reconstructed(scene, tracer, options));
 }

@@ -70,6 +70,8 @@ struct SynthOptions {
   double path_step = 0.02;  // between its frames, scene units along the walk; finite, > 0
   // Views from random poses with their true pictures, for scoring; [0, 100000]
   std::uint32_t test_views = 0;
+  // Frames a second of a stream with depth images; 0: none is written. Finite, >= 0.
+  double stream_rate = 0;
 };
 
 // Throws std::invalid_argument naming the field, its value and the rule that it breaks.
@@ -180,9 +182,10 @@ class Tracer;
 // mesh.ply, the true surface, where the mesh beside the photographs is another, as it always is in the lab. With
 // path_frames also path/, a workspace of the same form without mesh or points: the frames in order, without
 // disturbances, of four times as many light paths, because their noise would count as change. With test_views also
-// test/, a workspace like path/, of the random poses. The same files for any number of threads. Throws
-// std::invalid_argument for bad options, InputError where the folder cannot be written. `photograph_done` is called
-// after each photograph, from any thread; what it throws ends the work.
+// test/, a workspace like path/, of the random poses. With stream_rate also stream/, the photographs with their written
+// poses and with depth images from the true ones, in the form of TUM RGB-D: see tools/lab/synth/stream.h. The files are
+// the same for any number of threads. Throws std::invalid_argument for bad options, InputError where the folder cannot
+// be written. `photograph_done` is called after each photograph, from any thread; what it throws ends the work.
 void write_synthetic_scene(const SynthOptions& options, const std::filesystem::path& folder,
                            const std::function<void()>& photograph_done = {});
 

@@ -9,8 +9,10 @@
 #include <cstdint>
 #include <exception>
 #include <glm/glm.hpp>
+#include <glm/gtc/quaternion.hpp>
 #include <iterator>
 #include <limits>
+#include <memory>
 #include <sstream>
 #include <stdexcept>
 #include <string>
@@ -193,18 +195,33 @@ class BlockUpdate {
   const FusionOptions& options_;
 };
 
-class DistanceVolume {
+// The blocks that a volume has, by their coordinates.
+class BlockIndex {
  public:
-  DistanceVolume(std::vector<ivec3> blocks, const FusionOptions& options)
-      : options_(options), blocks_(std::move(blocks)), voxels_(blocks_.size()) {
-    for (std::uint32_t i = 0; i < blocks_.size(); ++i) index_.emplace(key_of(blocks_[i]), i);
+  // Adds a block unless it is there, and returns its number.
+  std::uint32_t add(const ivec3& block) {
+    const auto [entry, added] = number_.emplace(key_of(block), static_cast<std::uint32_t>(blocks_.size()));
+    if (added) blocks_.push_back(block);
+    return entry->second;
   }
+  // Returns kNone if there is no such block.
+  [[nodiscard]] std::uint32_t find(const ivec3& block) const {
+    const auto found = number_.find(key_of(block));
+    return found == number_.end() ? kNone : found->second;
+  }
+  [[nodiscard]] std::size_t size() const { return blocks_.size(); }
+  [[nodiscard]] const ivec3& operator[](std::size_t number) const { return blocks_[number]; }
 
-  void integrate(std::span<const DepthImage> images) {
-    tbb::parallel_for(std::size_t{0}, blocks_.size(), [&](std::size_t i) {
-      for (const DepthImage& image : images) BlockUpdate(image, options_).add_to(blocks_[i], voxels_[i]);
-    });
-  }
+ private:
+  std::vector<ivec3> blocks_;
+  std::unordered_map<std::uint64_t, std::uint32_t> number_;
+};
+
+// Cuts the surface out of the voxels of blocks.
+class SurfaceExtraction {
+ public:
+  SurfaceExtraction(const BlockIndex& blocks, const std::vector<Voxels>& voxels, const FusionOptions& options)
+      : options_(options), blocks_(blocks), voxels_(voxels) {}
 
   TriangleSoup surface() {
     vertex_of_cell_.assign(blocks_.size() * kVoxels, kNone);
@@ -217,16 +234,11 @@ class DistanceVolume {
   using Corners = std::array<float, 8>;               // distances at the corners x + 2 y + 4 z of a cell
   using BlocksAround = std::array<std::uint32_t, 8>;  // the block itself and those after it, in the same order
 
-  [[nodiscard]] std::uint32_t find_block(const ivec3& block) const {
-    const auto found = index_.find(key_of(block));
-    return found == index_.end() ? kNone : found->second;
-  }
-
   static ivec3 offset(int corner) { return {corner & 1, (corner >> 1) & 1, corner >> 2}; }
 
   [[nodiscard]] BlocksAround blocks_around(std::uint32_t block) const {
     BlocksAround around{};
-    for (int i = 0; i < 8; ++i) around[static_cast<std::size_t>(i)] = find_block(blocks_[block] + offset(i));
+    for (int i = 0; i < 8; ++i) around[static_cast<std::size_t>(i)] = blocks_.find(blocks_[block] + offset(i));
     return around;
   }
 
@@ -289,7 +301,7 @@ class DistanceVolume {
   // kNone: the surface does not cross that cell, or not all of it was seen.
   [[nodiscard]] std::uint32_t vertex_at(const ivec3& cell) const {
     const ivec3 in = floor_divided(cell);
-    const std::uint32_t block = find_block(in);
+    const std::uint32_t block = blocks_.find(in);
     return block == kNone ? kNone : vertex_of_cell_[block * kVoxels + index_in_block(cell - kSide * in)];
   }
 
@@ -332,10 +344,9 @@ class DistanceVolume {
     surface_.faces.emplace_back(v[0], v[2], v[3]);
   }
 
-  FusionOptions options_;
-  std::vector<ivec3> blocks_;  // sorted
-  std::vector<Voxels> voxels_;
-  std::unordered_map<std::uint64_t, std::uint32_t> index_;
+  const FusionOptions& options_;
+  const BlockIndex& blocks_;
+  const std::vector<Voxels>& voxels_;
   std::vector<std::uint32_t> vertex_of_cell_;  // per block and its cells, by their first corners
   TriangleSoup surface_;
 };
@@ -396,6 +407,10 @@ double enlargement(std::size_t blocks, std::size_t most) {
 
 }  // namespace
 
+glm::dmat3 grid_from_scene() {
+  return glm::mat3_cast(glm::normalize(glm::dquat(0.8, 0.3, -0.4, 0.33)));
+}
+
 void for_each_depth_image(std::size_t count, const DepthSource& image,
                           const std::function<void(std::size_t first, std::span<const DepthImage>)>& use) {
   constexpr std::size_t kAtOnce = 16;
@@ -429,12 +444,16 @@ FusedSurface fused(std::size_t count, const DepthSource& image, const FusionOpti
     blocks = blocks_near(count, image, fitting, progress);
   }
   FusedSurface result{{}, fitting.voxel, fitting.truncation, blocks.size()};
-  DistanceVolume volume(std::move(blocks), fitting);
+  BlockIndex index;
+  for (const ivec3& block : blocks) index.add(block);
+  std::vector<Voxels> voxels(index.size());
   for_each_depth_image(count, image, [&](std::size_t, std::span<const DepthImage> images) {
-    volume.integrate(images);
+    tbb::parallel_for(std::size_t{0}, index.size(), [&](std::size_t i) {
+      for (const DepthImage& depth : images) BlockUpdate(depth, fitting).add_to(index[i], voxels[i]);
+    });
     progress(images.size());
   });
-  result.surface = volume.surface();
+  result.surface = SurfaceExtraction(index, voxels, fitting).surface();
   return result;
 }
 
@@ -442,6 +461,69 @@ TriangleSoup fused(std::span<const DepthImage> images, const FusionOptions& opti
   return fused(
              images.size(), [&](std::size_t i) { return images[i]; }, options, [](std::size_t) {})
       .surface;
+}
+
+// A block is shown anew when its voxels have been seen by this share more than when it was shown last: twice as much.
+// So a block is shown as often as the logarithm of what is seen of it, and what it would move by is below the noise
+// that it was shown with.
+constexpr float kShownAnew = 1;
+
+struct GrowingFusion::State {
+  explicit State(const FusionOptions& fusion) : options(fusion) {}
+
+  void show(std::uint32_t block) {
+    shown[block] = voxels[block];
+    shown_weight[block] = weight[block];
+  }
+
+  FusionOptions options;
+  BlockIndex blocks;
+  std::vector<Voxels> voxels, shown;        // of all images, and those that the surface was cut out of last
+  std::vector<float> weight, shown_weight;  // sums over the voxels of each block
+};
+
+GrowingFusion::GrowingFusion(const FusionOptions& options) {
+  check(options);
+  state_ = std::make_unique<State>(options);
+}
+
+GrowingFusion::~GrowingFusion() = default;
+
+bool GrowingFusion::add(const DepthImage& image) {
+  check(image, 0);
+  State& state = *state_;
+  const std::vector<ivec3> near = BlockFinder(image, state.options).find();
+  const auto is_new = [&](const ivec3& block) { return state.blocks.find(block) == kNone; };
+  const auto added = static_cast<std::size_t>(std::count_if(near.begin(), near.end(), is_new));
+  if (state.blocks.size() + added > state.options.max_blocks) return false;
+  std::vector<std::uint32_t> numbers;
+  numbers.reserve(near.size());
+  for (const ivec3& block : near) numbers.push_back(state.blocks.add(block));
+  state.voxels.resize(state.blocks.size());
+  state.shown.resize(state.blocks.size());
+  state.weight.resize(state.blocks.size(), 0);
+  state.shown_weight.resize(state.blocks.size(), 0);
+  tbb::parallel_for(std::size_t{0}, numbers.size(), [&](std::size_t i) {
+    const std::uint32_t block = numbers[i];
+    BlockUpdate(image, state.options).add_to(state.blocks[block], state.voxels[block]);
+    float sum = 0;
+    for (const Voxel& voxel : state.voxels[block]) sum += voxel.weight;
+    state.weight[block] = sum;
+  });
+  return true;
+}
+
+TriangleSoup GrowingFusion::surface(Show what) {
+  State& state = *state_;
+  for (std::uint32_t block = 0; block < state.blocks.size(); ++block) {
+    const float least = what == Show::everything ? 0 : kShownAnew * state.shown_weight[block];
+    if (state.weight[block] - state.shown_weight[block] > least) state.show(block);
+  }
+  return SurfaceExtraction(state.blocks, state.shown, state.options).surface();
+}
+
+std::size_t GrowingFusion::blocks() const {
+  return state_->blocks.size();
 }
 
 }  // namespace lumatlas

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <glm/glm.hpp>
-#include <glm/gtc/quaternion.hpp>
 #include <limits>
 #include <stdexcept>
 #include <string>
@@ -34,12 +33,6 @@ constexpr std::size_t kFewestFaces = 100;  // fewest faces of a piece that is no
 
 double median_of(std::vector<double> values) {
   return upper_median(values);
-}
-
-// Walls mostly stand along the axes of a scene. Where one lies in a plane of the voxels' grid, noise puts each of its
-// vertices on one or the other side, with slivers of faces between: so the grid is turned away from all axes.
-glm::dmat3 grid_from_scene() {
-  return glm::mat3_cast(glm::normalize(glm::dquat(0.8, 0.3, -0.4, 0.33)));
 }
 
 // Moves all near the origin, into the axes of the grid. Returns what was subtracted.

@@ -7,6 +7,7 @@
 #include <glm/geometric.hpp>
 #include <limits>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "atlas/images/photograph.h"
@@ -131,18 +132,23 @@ void leave_out_unsure(const SceneDepth& depth, GreyImage& image) {
 
 }  // namespace
 
-DepthImage read_depth(const SceneDepth& depth) {
-  GreyImage image = read_grey_image(depth.file);
-  check_shape(image, depth);
-  leave_out_unsure(depth, image);
+DepthImage slanted_depth(const Camera& camera, std::vector<float> depth) {
   DepthImage result;
-  result.camera = depth.camera.scaled_to(image.width, image.height);
-  result.depth = undistorted_depth(image, depth, result.camera);
+  result.camera = camera;
+  result.depth = std::move(depth);
   add_slant(result);
   for (std::size_t i = 0; i < result.depth.size(); ++i) {
     if (result.cosine[i] == 0) result.depth[i] = 0;
   }
   return result;
+}
+
+DepthImage read_depth(const SceneDepth& depth) {
+  GreyImage image = read_grey_image(depth.file);
+  check_shape(image, depth);
+  leave_out_unsure(depth, image);
+  const Camera camera = depth.camera.scaled_to(image.width, image.height);
+  return slanted_depth(camera, undistorted_depth(image, depth, camera));
 }
 
 std::size_t pixels_above_zero(const SceneDepth& depth) {

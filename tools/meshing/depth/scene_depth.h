@@ -2,6 +2,8 @@
 // A scene's depth images, read for fusion.
 #pragma once
 
+#include <vector>
+
 #include "tools/meshing/depth/depth_fusion.h"
 #include "tools/scene/scene.h"
 
@@ -12,6 +14,10 @@ namespace lumatlas {
 // those without a neighbour, beyond 84 degrees, and between the near and the far side of an edge count for nothing.
 // Throws InputError naming a file that is missing, damaged, not of 16 bits, or of another shape than its lens.
 [[nodiscard]] DepthImage read_depth(const SceneDepth& depth);
+
+// The same of depths without a lens's distortion, z in the camera frame by rows, 0: not measured. There must be as many
+// as the camera has pixels; this is not checked.
+[[nodiscard]] DepthImage slanted_depth(const Camera& camera, std::vector<float> depth);
 
 // Returns how many pixels of its file are above 0, whether they can be used or not. Throws InputError.
 [[nodiscard]] std::size_t pixels_above_zero(const SceneDepth& depth);

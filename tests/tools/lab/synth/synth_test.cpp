@@ -479,5 +479,34 @@ TEST_CASE("photographs with different lenses get a camera each, and a track to n
                     (folder / "missing/cameras.bin").string() + ": cannot be written, its folder does not exist");
 }
 
+TEST_CASE("a stream has the photographs with their written poses, and the depths that a sensor measures") {
+  SynthOptions options = small_options();
+  options.stream_rate = 10;
+  options.disturbances.pose_noise = 0.5;
+  const TemporaryFolder folder;
+  write_synthetic_scene(options, folder.path());
+  const SceneViews workspace = read_scene_views(folder.path(), glm::dvec3(0));
+  const SceneViews stream = read_scene_views(folder.path() / "stream", glm::dvec3(0));
+  CHECK(stream.form == "TUM RGB-D");
+  REQUIRE(stream.views.size() == options.views);
+  REQUIRE(stream.depths.size() == options.views);
+  for (std::size_t i = 0; i < stream.views.size(); ++i) {
+    const Camera &expected = workspace.views[i].camera, &camera = stream.views[i].camera;
+    CHECK(glm::distance(camera.center(), expected.center()) < 1e-6);
+    CHECK(camera.fx == Approx(expected.fx));
+    CHECK(camera.cx == Approx(expected.cx));
+    CHECK(load_photograph(stream.views[i]).rgb == load_photograph(workspace.views[i]).rgb);
+    const GreyImage depth = read_grey_image(stream.depths[i].file);
+    CHECK(depth.width == options.width);
+    const auto measured = std::count_if(depth.values.begin(), depth.values.end(), [](auto value) { return value > 0; });
+    CHECK(static_cast<double>(measured) > 0.3 * options.width * options.height);
+    // A structured-light sensor measures from 0.4 to 3.5 units, of 5000 steps.
+    CHECK(std::all_of(depth.values.begin(), depth.values.end(),
+                      [](auto value) { return value == 0 || (value >= 1990 && value <= 17510); }));
+  }
+  options.stream_rate = -1;
+  CHECK_THROWS_WITH(check(options), Catch::Contains("stream_rate is -1"));
+}
+
 }  // namespace
 }  // namespace lumatlas

@@ -9,6 +9,9 @@
 #include <glm/glm.hpp>
 #include <map>
 #include <numbers>
+#include <set>
+#include <stdexcept>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -241,6 +244,62 @@ TEST_CASE("fusion refuses bad options and images by name, and makes nothing of n
   CHECK_THROWS_WITH(fused(images, {}), "fusion: image 0 has 19199 depths, must have 19200");
   images[0].depth.push_back(1e9F);
   CHECK_THROWS_WITH(fused(images, {}), Catch::Contains("too far from the origin"));
+}
+
+// The coordinates, so that they can be looked up.
+std::set<std::tuple<double, double, double>> vertices_of(const TriangleSoup& soup) {
+  std::set<std::tuple<double, double, double>> vertices;
+  for (const glm::dvec3& p : soup.positions) vertices.emplace(p.x, p.y, p.z);
+  return vertices;
+}
+
+TEST_CASE("a growing surface of all images is as near to the true one as the surface of a fusion at once") {
+  GrowingFusion fusion(ball_options());
+  CHECK(fusion.surface().faces.empty());
+  for (const DepthImage& image : ball_from_all_sides()) {
+    REQUIRE(fusion.add(image));
+    CHECK_FALSE(fusion.surface().faces.empty());
+  }
+  const TriangleSoup soup = fusion.surface(GrowingFusion::Show::everything);
+  CHECK(open_edges(soup) == 0);
+  const Mesh mesh = repair(soup, glm::dvec3(0)).mesh;
+  CHECK(is_manifold_and_oriented(mesh));
+  CHECK(area_of(mesh) == Approx(4 * std::numbers::pi).epsilon(0.03));
+  for (const glm::vec3& p : mesh.positions) CHECK(std::abs(glm::length(p) - 1) < 0.03);  // 0.6 voxels
+}
+
+TEST_CASE("a growing surface keeps its vertices to the bit where images add little") {
+  GrowingFusion fusion(ball_options());
+  for (const DepthImage& image : ball_from_all_sides()) REQUIRE(fusion.add(image));
+  const TriangleSoup before = fusion.surface();
+  const auto were_there = vertices_of(before);
+  REQUIRE(fusion.add(ball_from({3, 0, 0})));
+  CHECK((vertices_of(fusion.surface()) == were_there));  // it adds less than was there
+  for (int image = 0; image < 12; ++image) REQUIRE(fusion.add(ball_from({3, 0.1 * image, 0})));
+  std::size_t moved = 0;
+  for (const glm::dvec3& p : fusion.surface().positions) {
+    const bool was_there = were_there.contains({p.x, p.y, p.z});
+    if (p.x < 0) CHECK(was_there);  // the images see nothing of it
+    if (!was_there) ++moved;
+  }
+  CHECK(moved > 0);
+  CHECK(moved < before.positions.size() / 2);
+}
+
+TEST_CASE("a growing surface refuses an image that takes too many blocks, and stays as it was") {
+  FusionOptions options = ball_options();
+  GrowingFusion enough(options);
+  REQUIRE(enough.add(ball_from({3, 0, 0})));
+  options.max_blocks = enough.blocks();
+  GrowingFusion fusion(options);
+  REQUIRE(fusion.add(ball_from({3, 0, 0})));
+  const auto vertices = vertices_of(fusion.surface());
+  CHECK_FALSE(fusion.add(ball_from({-3, 0, 0})));
+  CHECK(fusion.blocks() == options.max_blocks);
+  CHECK((vertices_of(fusion.surface(GrowingFusion::Show::everything)) == vertices));
+  options.voxel = 0;
+  CHECK_THROWS_AS(GrowingFusion(options), std::invalid_argument);
+  CHECK_THROWS_AS(fusion.add(DepthImage{camera_at({3, 0, 0}), {1, 2}}), std::invalid_argument);
 }
 
 }  // namespace

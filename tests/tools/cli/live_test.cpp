@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// `lumatlas live`, from a synthetic stream to a saved model.
+#include <catch2/catch.hpp>
+#include <csignal>
+#include <nlohmann/json.hpp>
+
+#include "tests/tools/cli/program.h"
+#include "tests/tools/cli/run_program.h"
+
+namespace lumatlas {
+namespace {
+
+// A walk of 48 frames through the laboratory, 8 a second.
+struct Streamed {
+  TemporaryFolder folder;
+  std::string scene = (folder / "scene").string();
+  std::string stream = (folder / "scene" / "stream").string();
+  Outcome synth = lumatlas({"synth", "lab", "-o", scene, "--photographs", "48", "--width", "96", "--height", "72",
+                            "--fov", "65", "--samples", "2", "--triangles", "3000", "--stream", "8", "--quiet"});
+};
+
+const Streamed& streamed() {
+  static const Streamed stream;
+  REQUIRE(stream.synth.status == 0);
+  return stream;
+}
+
+nlohmann::json scores_of(const std::string& model) {
+  const Outcome validate = lumatlas({"validate", model, "--views", streamed().stream, "--json", "--quiet"});
+  REQUIRE(validate.status == 0);
+  return nlohmann::json::parse(validate.out)["methods"]["store"];
+}
+
+TEST_CASE("a model of a stream shows held-out photographs nearly as well as one built from the same frames at rest") {
+  const TemporaryFolder folder;
+  const std::string live = (folder / "live").string(), built = (folder / "built").string();
+  const std::string mesh = (folder / "mesh.ply").string();
+  const Outcome played = lumatlas({"live", streamed().stream, "-o", live, "--hold", "8", "--speed", "2", "--voxel",
+                                   "0.06", "--joint", "--json", "--quiet"});
+  REQUIRE(played.status == 0);
+  const nlohmann::json totals = nlohmann::json::parse(played.out);
+  CHECK(totals["views"]["offered"] == 42);
+  CHECK(totals["views"]["stored"] > 20);
+  CHECK(totals["live"]["depths"]["given"] == 48);
+  CHECK(totals["live"]["offer_ms"]["median"] > 0);
+  REQUIRE(lumatlas({"mesh", streamed().stream, "--from", "depth", "--voxel", "0.06", "-o", mesh, "--quiet"}).status ==
+          0);
+  REQUIRE(
+      lumatlas({"build", streamed().stream, "--mesh", mesh, "--mesh-as-given", "--hold", "8", "-o", built, "--quiet"})
+          .status == 0);
+  const double of_live = scores_of(live)["frame"]["raw"]["psnr"], of_built = scores_of(built)["frame"]["raw"]["psnr"];
+  WARN("frames of the live model " << of_live << " dB, of the one built at rest " << of_built << " dB");
+  CHECK(of_live > of_built - 2);  // which frames are fused and stored depends on the time that the machine has
+}
+
+TEST_CASE("Ctrl-C ends a stream, and what came until then is saved as a whole model") {
+  const TemporaryFolder folder;
+  const std::string model = (folder / "model").string();
+  const Run run({"live", streamed().stream, "-o", model, "--speed", "0.2", "--voxel", "0.06"});
+  const auto some_are_stored = [&] {
+    const std::string said = run.err();
+    const std::size_t line = said.rfind(" are in the model");
+    return line != std::string::npos && said[line - 1] != '0';
+  };
+  Run::wait_until([&] { return some_are_stored() || run.has_ended(); });
+  run.send(SIGINT);
+  const Outcome outcome = run.wait();
+  CAPTURE(outcome.err);
+  CHECK(outcome.status == 0);
+  const Outcome inspect = lumatlas({"inspect", model, "--json", "--quiet"});
+  REQUIRE(inspect.status == 0);
+  const nlohmann::json saved = nlohmann::json::parse(inspect.out);
+  CHECK(saved["views"]["count"] > 0);
+  CHECK(saved["views"]["count"] < 40);
+  CHECK(saved["mesh"]["faces"] > 100);
+}
+
+TEST_CASE("live refuses what is no stream with depths, and options that cannot be") {
+  const TemporaryFolder folder;
+  const std::string model = (folder / "model").string();
+  check_failure(lumatlas({"live", made().scene, "-o", model, "--quiet"}), "has no depth images");
+  CHECK(names_in(folder.path()).empty());
+  const Outcome slow = lumatlas({"live", streamed().stream, "-o", model, "--speed", "0"});
+  CHECK(slow.status == 2);
+  CHECK_THAT(slow.err, Catch::Contains("--speed: 0, must be finite and above 0"));
+}
+
+}  // namespace
+}  // namespace lumatlas

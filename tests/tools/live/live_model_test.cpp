@@ -1,0 +1,288 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// What threads of a live model share; no case depends on how long anything takes.
+#include "tools/live/live_model.h"
+
+#include <algorithm>
+#include <atomic>
+#include <catch2/catch.hpp>
+#include <future>
+#include <glm/glm.hpp>
+#include <set>
+#include <stdexcept>
+#include <thread>
+#include <vector>
+
+#include "tests/tools/live/room_stream.h"
+
+namespace lumatlas {
+namespace {
+
+void wait_for(const std::function<bool()>& done) {
+  while (!done()) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+}
+
+// A model with a surface of the first frames, and no view.
+std::unique_ptr<LiveModel> model_with_surface(const LiveOptions& options, std::size_t frames) {
+  auto live = std::make_unique<LiveModel>(options);
+  for (std::size_t number = 0; number < frames; ++number) {
+    fuse_room(*live, number);
+    wait_for([&] { return live->status().fusion.count == number + 1; });  // so that none is given up
+  }
+  wait_for([&] { return live->snapshot() != nullptr; });
+  return live;
+}
+
+// A photograph or depth frame that is there once release() is called.
+class BlockedSource {
+ public:
+  void wait() {
+    asked_ = true;
+    gate_.get_future().wait();
+  }
+  void release() { gate_.set_value(); }
+  [[nodiscard]] bool asked() const { return asked_; }
+
+ private:
+  std::promise<void> gate_;
+  std::atomic<bool> asked_ = false;
+};
+
+TEST_CASE("a live model chooses views while it fuses a surface, and both are in the result") {
+  LiveModel live(room_live_options());
+  CHECK(live.snapshot() == nullptr);
+  for (std::size_t number = 0; number < 40; ++number) {
+    fuse_room(live, number);
+    offer_room(live, number);
+    wait_for([&] { return live.status().waiting < 20 && live.status().fusion.count > number; });
+  }
+  const LiveResult model = live.finish();
+  REQUIRE(model.snapshot.surface);
+  CHECK_NOTHROW(check(model.snapshot));
+  const auto& views = model.snapshot.views;
+  CHECK(std::count_if(views.begin(), views.end(), [](const auto& view) { return view != nullptr; }) == 12);
+  CHECK(model.planner.coverage.ideal_distance > 0.5);
+  CHECK(model.summed_coverage > 0);
+  // The room is 4 x 4 x 3 and its box stands inside: no vertex is farther out than a part of a voxel.
+  for (const glm::vec3& p : model.snapshot.surface->mesh.positions) {
+    CHECK(glm::all(glm::greaterThan(p, glm::vec3(-0.1F))));
+    CHECK(glm::all(glm::lessThan(p, glm::vec3(4.1F, 4.1F, 3.1F))));
+  }
+}
+
+TEST_CASE("offers return while a photograph is being read and a depth frame is being fused") {
+  const auto live = model_with_surface(room_live_options(), 6);
+  BlockedSource photograph, depth;
+  const Camera first = room_camera(0);
+  REQUIRE(live->offer("first", first,
+                      [&] {
+                        photograph.wait();
+                        return pattern_photograph(first, 0);
+                      })
+              .decision == LiveDecision::chosen);
+  live->fuse(first, [&] {
+    depth.wait();
+    return room_depth(first);
+  });
+  wait_for([&] { return photograph.asked() && depth.asked(); });
+  for (std::size_t number = 1; number < 30; ++number) {  // would not come back before release() if one waited
+    (void)offer_room(*live, number);
+    fuse_room(*live, number);
+  }
+  live->move_views({{"first", room_camera(2)}});
+  CHECK(live->status().offered == 30);
+  CHECK(live->status().stored == 0);
+  CHECK(live->snapshot() != nullptr);
+  photograph.release();
+  depth.release();
+  const LiveResult model = live->finish();
+  CHECK_NOTHROW(check(model.snapshot));
+  CHECK(live->status().stored > 0);
+}
+
+TEST_CASE("a full queue gives up the views with the least news, and says which") {
+  LiveOptions options = room_live_options();
+  options.waiting_views = 4;
+  options.max_views = 30;
+  const auto live = model_with_surface(options, 30);
+  BlockedSource photograph;
+  const Camera first = room_camera(0);
+  REQUIRE(live->offer("first", first,
+                      [&] {
+                        photograph.wait();
+                        return pattern_photograph(first, 0);
+                      })
+              .decision == LiveDecision::chosen);
+  wait_for([&] { return photograph.asked(); });
+  std::set<std::string> chosen, dropped;
+  double least_kept = 1;
+  for (std::size_t number = 1; number < 25; ++number) {
+    const LiveVerdict verdict = offer_room(*live, number);
+    CHECK(verdict.news >= 0);
+    CHECK(verdict.news <= 1);
+    if (verdict.decision == LiveDecision::not_needed) {
+      CHECK(verdict.dropped.empty());
+      continue;
+    }
+    chosen.insert(room_view(number));
+    for (const std::string& name : verdict.dropped) CHECK(dropped.insert(name).second);
+    CHECK(live->status().waiting <= 4);
+    CHECK(verdict.dropped.size() == (chosen.size() > 4 ? 1 : 0));
+    least_kept = std::min(least_kept, verdict.news);
+  }
+  REQUIRE(chosen.size() > 6);
+  CHECK(live->status().dropped == dropped.size());
+  photograph.release();
+  (void)live->finish();
+  std::set<std::string> stored;
+  for (const LiveOutcome& outcome : live->take_outcomes()) {
+    CHECK(outcome.failure.empty());
+    if (outcome.name != "first") CHECK(stored.insert(outcome.name).second);
+  }
+  CHECK(stored.size() == 4);
+  for (const std::string& name : dropped) stored.insert(name);
+  CHECK((stored == chosen));  // each view was either stored or reported as dropped
+}
+
+TEST_CASE("every snapshot is whole while views, surfaces and poses change") {
+  LiveModel live(room_live_options());
+  std::atomic<bool> ended = false;
+  std::atomic<int> looks = 0, broken = 0, torn = 0;
+  // Poses move by whole steps: a snapshot that has one step of one view has it of all that were stored before.
+  const auto at_step = [](std::size_t number, int step) {
+    Camera camera = room_camera(number);
+    camera.cam_from_world_translation += camera.cam_from_world_rotation * glm::dvec3(0, 0, -1000.0 * step);
+    return camera;
+  };
+  std::thread viewer([&] {
+    while (!ended) {
+      const auto now = live.snapshot();
+      if (!now) continue;
+      ++looks;
+      try {
+        check(*now);
+      } catch (const std::invalid_argument&) {
+        ++broken;
+      }
+      std::set<int> steps;
+      for (const auto& view : now->views) {
+        if (view) steps.insert(static_cast<int>(std::lround(view->camera.center().z / 1000)));
+      }
+      if (steps.size() > 1) ++torn;
+    }
+  });
+  for (std::size_t number = 0; number < 12; ++number) {
+    fuse_room(live, number);
+    offer_room(live, number);
+    wait_for([&] { return live.status().fusion.count == number + 1 && live.status().waiting == 0; });
+  }
+  wait_for([&] { return live.status().storing.count > 4 && live.status().waiting == 0; });
+  for (int step = 1; step < 6; ++step) {
+    std::vector<MovedView> moved;
+    for (std::size_t number = 0; number < 12; ++number) moved.push_back({room_view(number), at_step(number, step)});
+    live.move_views(std::move(moved));
+    wait_for([&] { return live.status().moving.count == static_cast<std::uint64_t>(step); });
+  }
+  ended = true;
+  viewer.join();
+  CHECK(looks > 0);
+  CHECK(broken == 0);
+  CHECK(torn == 0);
+  CHECK_NOTHROW(check(live.finish().snapshot));
+}
+
+TEST_CASE("after poses have changed, depths and references are those of the later poses") {
+  LiveOptions options = room_live_options();
+  const auto live = model_with_surface(options, 30);
+  std::vector<MovedView> closed;
+  for (std::size_t number = 0; number < 12; ++number) {
+    Camera drifted = room_camera(number);
+    drifted.cam_from_world_translation += glm::dvec3(0.2, 0.1, -0.1);
+    live->offer(room_view(number), drifted, [drifted, number] { return pattern_photograph(drifted, number); });
+    closed.push_back({room_view(number), room_camera(number)});
+  }
+  live->move_views(closed);  // some are stored by now, others wait
+  const LiveResult model = live->finish();
+  const std::unique_ptr<Visibility> visibility = make_ray_visibility(model.snapshot.surface->mesh);
+  std::size_t views = 0;
+  for (ViewSlot slot{0}; slot < model.snapshot.views.size(); ++slot) {
+    const auto& view = model.snapshot.views[slot];
+    if (!view) continue;
+    ++views;
+    const auto moved = std::find_if(closed.begin(), closed.end(), [&](const auto& v) { return v.name == view->name; });
+    REQUIRE(moved != closed.end());
+    CHECK(view->camera.center() == moved->camera.center());
+    CHECK(view->mask->depth == visibility->trace_sparsely(view->camera).depth);
+  }
+  CHECK(views > 3);
+}
+
+TEST_CASE("a photograph or depth frame that cannot be had is noted, and the others go on") {
+  LiveModel live(room_live_options());
+  for (std::size_t number = 0; number < 8; ++number) {
+    fuse_room(live, number);
+    live.fuse(room_camera(number), []() -> DepthImage { throw std::runtime_error("no such depth"); });
+    const Camera camera = room_camera(number);
+    live.offer(room_view(number), camera, [number, camera] {
+      if (number % 2 == 1) throw std::runtime_error("no such photograph");
+      return pattern_photograph(camera, number);
+    });
+    wait_for([&] { return live.status().fusion.count == 2 * number + 2; });
+  }
+  const LiveResult model = live.finish();
+  const LiveStatus status = live.status();
+  CHECK(status.depths_refused == 8);
+  CHECK(status.failed > 0);
+  CHECK(status.stored > 0);
+  for (const LiveOutcome& outcome : live.take_outcomes()) {
+    const bool bad = !outcome.failure.empty();
+    if (bad) CHECK(outcome.failure == "no such photograph");
+  }
+  for (const auto& view : model.snapshot.views) {
+    if (view) CHECK((view->name.back() - '0') % 2 == 0);
+  }
+}
+
+TEST_CASE("a stream that ends at any moment leaves a whole model, and one without depths none") {
+  for (const std::size_t frames : {0U, 1U, 2U, 5U}) {
+    CAPTURE(frames);
+    LiveModel live(room_live_options());
+    for (std::size_t number = 0; number < frames; ++number) {
+      fuse_room(live, number);
+      offer_room(live, number);
+    }
+    const LiveResult model = live.finish();
+    CHECK((model.snapshot.surface != nullptr) == (frames > 0));
+    if (model.snapshot.surface) {
+      CHECK_NOTHROW(check(model.snapshot));
+      CHECK(live.status().stored > 0);
+    }
+    CHECK(live.status().waiting == 0);
+    CHECK_THROWS_AS(offer_room(live, 0), std::logic_error);
+    CHECK_THROWS_AS(live.finish(), std::logic_error);
+  }
+  LiveModel blind(room_live_options());
+  CHECK(offer_room(blind, 0).decision == LiveDecision::not_covered);
+  CHECK(blind.finish().snapshot.surface == nullptr);
+  LiveModel abandoned(room_live_options());  // its destructor does not work off what waits
+  for (std::size_t number = 0; number < 20; ++number) {
+    fuse_room(abandoned, number);
+    offer_room(abandoned, number);
+  }
+}
+
+TEST_CASE("live calls refuse bad arguments by name") {
+  LiveOptions options = room_live_options();
+  options.waiting_views = 0;
+  CHECK_THROWS_WITH(LiveModel(options), Catch::Contains("waiting_views is 0"));
+  options = room_live_options();
+  options.surface.voxel = -1;
+  CHECK_THROWS_WITH(LiveModel(options), Catch::Contains("voxel is -1"));
+  LiveModel live(room_live_options());
+  CHECK_THROWS_AS(live.offer("none", room_camera(0), {}), std::invalid_argument);
+  CHECK_THROWS_AS(live.fuse(room_camera(0), {}), std::invalid_argument);
+  CHECK_THROWS_AS(live.fuse(Camera{}, [] { return DepthImage{}; }), std::invalid_argument);
+  CHECK_THROWS_AS(live.move_views({{"none", Camera{}}}), std::invalid_argument);
+}
+
+}  // namespace
+}  // namespace lumatlas

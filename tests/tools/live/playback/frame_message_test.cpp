@@ -1,0 +1,93 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "tools/live/playback/frame_message.h"
+
+#include <algorithm>
+#include <catch2/catch.hpp>
+#include <glm/glm.hpp>
+#include <limits>
+
+#include "mesh/base/errors.h"
+#include "tests/tools/live/playback/stream_bytes.h"
+
+namespace lumatlas {
+namespace {
+
+std::string refusal_of(const StreamBytes& bytes) {
+  MessageReader reader;
+  reader.add(bytes);
+  try {
+    while (reader.next()) {
+    }
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "none";
+}
+
+TEST_CASE("messages are read as they were written, wherever the bytes are cut") {
+  Camera camera = small_lens();
+  camera.cam_from_world_rotation = glm::dmat3(0, 1, 0, 0, 0, 1, 1, 0, 0);
+  camera.cam_from_world_translation = {1, 2, 3};
+  StreamBytes bytes = greeting_bytes();
+  append(bytes, lens_bytes(camera));
+  append(bytes, frame_bytes("a/first.png", camera, {1, 2, 3}, {0, 5000, 7, 8, 9, 65535}, 0.0002));
+  append(bytes, frame_bytes("second.png", camera, {}, {}, 0));
+  append(bytes, moves_bytes({{"a/first.png", camera}}));
+  append(bytes, message_bytes('E', {}));
+  for (const std::size_t step : {std::size_t{1}, std::size_t{7}, bytes.size()}) {
+    CAPTURE(step);
+    MessageReader reader;
+    std::vector<LiveMessage> messages;
+    for (std::size_t at = 0; at < bytes.size(); at += step) {
+      reader.add(std::span(bytes).subspan(at, std::min(step, bytes.size() - at)));
+      while (std::optional<LiveMessage> message = reader.next()) messages.push_back(std::move(*message));
+    }
+    REQUIRE(messages.size() == 4);
+    const auto& first = std::get<FrameMessage>(messages[0]);
+    CHECK(first.name == "a/first.png");
+    CHECK(first.camera.fx == camera.fx);
+    CHECK(glm::distance(first.camera.center(), camera.center()) < 1e-12);
+    CHECK(first.photograph == StreamBytes{1, 2, 3});
+    CHECK(first.depth == std::vector<std::uint16_t>{0, 5000, 7, 8, 9, 65535});
+    CHECK(first.depth_unit == 0.0002);
+    CHECK(std::get<FrameMessage>(messages[1]).depth.empty());
+    CHECK(std::get<MovesMessage>(messages[2]).views.size() == 1);
+    CHECK(std::holds_alternative<EndMessage>(messages[3]));
+  }
+}
+
+TEST_CASE("bytes that are no messages are refused with the message's number and what is wrong with it") {
+  const Camera camera = small_lens();
+  CHECK(refusal_of({'H', 'T', 'T', 'P'}) == "greeting is not LUMLIVE1");
+  const auto refused = [&](const StreamBytes& last) {
+    StreamBytes bytes = greeting_bytes();
+    append(bytes, lens_bytes(camera));
+    append(bytes, last);
+    return refusal_of(bytes);
+  };
+  CHECK(refused(frame_bytes("a", camera, {}, {}, 0)) == "none");
+  CHECK(refused(message_bytes('X', {})) == "message 2 is of no known type: 88");
+  CHECK(refused(message_bytes('F', {1, 0})) == "message 2 is shorter than its fields");
+  CHECK(refused(message_bytes('E', {0})) == "message 2 is longer than its fields");
+  CHECK(refused({'F', 0, 0, 0, 0, 0, 0, 255}) == "message 2 has 4278190080 bytes, more than 64 MiB");
+  CHECK_THAT(refused(frame_bytes("../a", camera, {}, {}, 0)), Catch::Contains("name that could not be a file's"));
+  CHECK_THAT(refused(frame_bytes("\xff", camera, {}, {}, 0)), Catch::Contains("not UTF-8"));
+  CHECK_THAT(refused(frame_bytes("a", camera, {}, {1, 2, 3, 4, 5, 6}, -1)), Catch::Contains("unit of depths"));
+  Camera bad = camera;
+  bad.cam_from_world_rotation[0] *= 2;
+  CHECK_THAT(refused(frame_bytes("a", bad, {}, {}, 0)), Catch::Contains("no rotation"));
+  bad.cam_from_world_rotation[0] *= -0.5;
+  CHECK_THAT(refused(frame_bytes("a", bad, {}, {}, 0)), Catch::Contains("mirrored"));
+  bad = camera;
+  bad.cam_from_world_translation.x = std::numeric_limits<double>::quiet_NaN();
+  CHECK_THAT(refused(frame_bytes("a", bad, {}, {}, 0)), Catch::Contains("camera that cannot be"));
+  bad = camera;
+  bad.width = 0;
+  StreamBytes early = greeting_bytes();
+  append(early, frame_bytes("a", camera, {}, {}, 0));
+  CHECK(refusal_of(early) == "message 1 comes before the lens");
+  CHECK_THAT(refused(lens_bytes(bad)), Catch::Contains("camera that cannot be"));
+}
+
+}  // namespace
+}  // namespace lumatlas

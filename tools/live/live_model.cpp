@@ -1,0 +1,639 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "tools/live/live_model.h"
+
+#include <algorithm>
+#include <condition_variable>
+#include <exception>
+#include <functional>
+#include <map>
+#include <mutex>
+#include <stdexcept>
+#include <thread>
+#include <utility>
+
+#include "atlas/atlas.h"
+#include "mesh/base/requirement.h"
+#include "planner/tile_choice.h"
+#include "tools/live/live_coverage.h"
+#include "tools/live/waiting.h"
+
+namespace lumatlas {
+
+namespace {
+
+constexpr Requirement live_requires{"live"};
+
+// A view is not decided before the surface has grown if more than this share of its picture has no surface yet.
+constexpr double kMuchUnseen = 0.2;
+constexpr double kStoringShare = 2;  // as much time for views as for surfaces, times this, while both wait
+constexpr std::size_t kMostPassed =
+    256;  // views that count for demand and wait for it; of more the first are forgotten
+
+double ms_of(LiveClock::duration time) {
+  return std::chrono::duration<double, std::milli>(time).count();
+}
+
+// Adds the time from its construction to a sum when told so.
+class LiveStopwatch {
+ public:
+  double stop(LiveTimes& times) const {
+    const double ms = ms_of(LiveClock::now() - start_);
+    ++times.count;
+    times.last = ms;
+    times.total += ms;
+    times.worst = std::max(times.worst, ms);
+    return ms;
+  }
+
+ private:
+  LiveClock::time_point start_ = LiveClock::now();
+};
+
+}  // namespace
+
+void check(const LiveOptions& options) {
+  live_requires(options.max_views >= 1, "max_views", options.max_views, "at least 1");
+  live_requires(options.waiting_views >= 1, "waiting_views", options.waiting_views, "at least 1");
+  live_requires(options.waiting_depths >= 1, "waiting_depths", options.waiting_depths, "at least 1");
+  live_requires(options.surface_interval.count() > 0, "surface_interval",
+                static_cast<double>(options.surface_interval.count()), "above 0");
+  check(options.surface);
+  PlannerOptions planner = options.planner;
+  if (planner.coverage.ideal_distance == 0) planner.coverage.ideal_distance = 1;
+  check(planner);
+}
+
+// Lock order: none; there is one mutex. The planner belongs to the thread of the views until that has ended, the
+// surface to the thread of the depths.
+struct LiveModel::State {
+  explicit State(const LiveOptions& given) : options(given), planner_options(given.planner), surface(given.surface) {
+    views_thread = std::thread([this] { run_guarded([this] { run_views(); }); });
+    depths_thread = std::thread([this] { run_guarded([this] { run_depths(); }); });
+  }
+  ~State() { end_threads(); }
+  State(const State&) = delete;
+  State& operator=(const State&) = delete;
+
+  LiveVerdict offer(const std::string& name, const Camera& camera, PhotographSource photograph);
+  void fuse(const Camera& camera, std::function<DepthImage()> depth);
+  void move_views(std::vector<MovedView> views);
+  std::shared_ptr<const Snapshot> snapshot();
+  LiveStatus status_now();
+  LiveResult finish(std::uint32_t polish_steps);
+
+  using Lock = std::unique_lock<std::mutex>;
+
+  const LiveOptions options;
+  PlannerOptions planner_options;  // set before `sight` is, and not changed afterwards
+  LiveSurface surface;
+  std::shared_ptr<Atlas> atlas;
+  std::unique_ptr<Planner> planner;
+  std::shared_ptr<const Visibility> planner_visibility;
+
+  std::mutex mutex;  // guards all members below
+  std::condition_variable changed;
+  bool stop = false, finishing = false;
+  std::exception_ptr failure;
+  std::shared_ptr<Atlas> shown_atlas;  // `atlas`, once there is one
+
+  // The surface that offers are decided on, how many of the given depth frames it has, and what is covered on it.
+  std::shared_ptr<const LiveSight> sight;
+  std::uint64_t sight_depths = 0;
+  std::unique_ptr<LiveCoverage> coverage;
+
+  std::vector<WaitingView> waiting;
+  std::vector<Camera> passed;  // cameras of views that were not needed
+  std::vector<std::vector<MovedView>> moves;
+  bool views_busy = false;
+
+  std::vector<WaitingDepth> depths;
+  bool depths_busy = false;
+  std::uint64_t fused_unshown = 0;  // depth frames that the last surface does not have
+  LiveClock::time_point next_surface{};
+  struct Grown {
+    GrownSurface surface;
+    std::uint64_t depths = 0;  // of those given
+  };
+  std::optional<Grown> grown;
+  LiveClock::time_point next_taking{};
+
+  std::vector<LiveOutcome> outcomes;
+  LiveStatus status;
+
+  std::thread views_thread, depths_thread;
+
+ private:
+  template <typename Run>
+  void run_guarded(const Run& run);
+  void end_threads();
+  void require_going() const;
+
+  // A waiting view that is to be decided on the next surface, and what was decided.
+  struct Undecided {
+    std::uint64_t number;
+    Camera camera;
+    bool ready;  // is not to wait for another surface
+  };
+  struct Recount {
+    double news = 0;
+    bool worth = false;
+    std::optional<std::uint32_t> counted;  // see WaitingView; none: the view is turned away
+  };
+
+  // Called with the mutex locked.
+  [[nodiscard]] bool depths_rest() const { return depths.empty() && !depths_busy && fused_unshown == 0; }
+  [[nodiscard]] bool all_rests() const;
+  [[nodiscard]] bool is_ready(const WaitingView& view, std::uint64_t surface_depths) const;
+  [[nodiscard]] std::optional<std::size_t> next_view() const;
+  [[nodiscard]] bool may_take_surface() const;
+  [[nodiscard]] bool may_make_surface() const;
+  void note_passed(const Camera& camera);
+  void give_up(std::size_t place, LiveVerdict& verdict);
+  void turn_away(const WaitingView& view);
+  void forget_given_up(std::map<std::uint64_t, Recount>& recounted, LiveCoverage& fresh) const;
+  void take_recounts(const std::map<std::uint64_t, Recount>& recounted);
+
+  // Called with the mutex locked, which they unlock while they work.
+  void store_view(Lock& lock, std::size_t place);
+  void count_passed(Lock& lock);
+  void take_surface(Lock& lock);
+  void take_moves(Lock& lock);
+  void count_anew(Lock& lock, std::shared_ptr<const LiveSight> next, std::uint64_t next_depths);
+  void fuse_next(Lock& lock);
+  void make_surface(Lock& lock);
+
+  // Called without the lock.
+  void recount(const std::vector<Undecided>& views, const LiveSight& next, LiveCoverage& fresh,
+               std::map<std::uint64_t, Recount>& recounted) const;
+
+  void run_views();
+  void run_depths();
+  void start_planner(const GrownSurface& first);
+  std::uint64_t offers_ = 0;
+};
+
+// What ends a thread is told by every later call.
+template <typename Run>
+void LiveModel::State::run_guarded(const Run& run) {
+  try {
+    run();
+  } catch (...) {
+    const std::lock_guard<std::mutex> lock(mutex);
+    if (!failure) failure = std::current_exception();
+    stop = true;
+    changed.notify_all();
+  }
+}
+
+void LiveModel::State::end_threads() {
+  {
+    const std::lock_guard<std::mutex> lock(mutex);
+    stop = true;
+    changed.notify_all();
+  }
+  if (views_thread.joinable()) views_thread.join();
+  if (depths_thread.joinable()) depths_thread.join();
+}
+
+void LiveModel::State::require_going() const {
+  if (failure) std::rethrow_exception(failure);
+  if (stop || finishing) throw std::logic_error("live: the model is finished");
+}
+
+// Without a surface no view can be stored, so that what waits then does not count.
+bool LiveModel::State::all_rests() const {
+  if (!depths_rest() || grown || !moves.empty() || views_busy) return false;
+  return !sight || (waiting.empty() && passed.empty());
+}
+
+bool LiveModel::State::is_ready(const WaitingView& view, std::uint64_t surface_depths) const {
+  return !view.for_depths || surface_depths >= *view.for_depths || (depths_rest() && !grown);
+}
+
+// The view with the most news first, of equals the one that was offered first.
+std::optional<std::size_t> LiveModel::State::next_view() const {
+  if (!sight) return std::nullopt;
+  std::optional<std::size_t> best;
+  for (std::size_t i = 0; i < waiting.size(); ++i) {
+    if (is_ready(waiting[i], sight_depths) && (!best || waiting[i].news > waiting[*best].news)) best = i;
+  }
+  return best;
+}
+
+// Views are stored for kStoringShare times as long as the last surface took to be taken over, if any are ready.
+bool LiveModel::State::may_take_surface() const {
+  return grown && (!next_view() || LiveClock::now() >= next_taking);
+}
+
+bool LiveModel::State::may_make_surface() const {
+  if (fused_unshown == 0 || grown) return false;
+  return finishing ? depths.empty() : LiveClock::now() >= next_surface;
+}
+
+void LiveModel::State::note_passed(const Camera& camera) {
+  if (passed.size() == kMostPassed) passed.erase(passed.begin());
+  passed.push_back(camera);
+}
+
+LiveVerdict LiveModel::State::offer(const std::string& name, const Camera& camera, PhotographSource photograph) {
+  check(camera);
+  if (!photograph) throw std::invalid_argument("live: view " + name + ": there is no function for its photograph");
+  const LiveClock::time_point now = LiveClock::now();
+  Lock lock(mutex);
+  require_going();
+  std::shared_ptr<const LiveSight> looked_at = sight;
+  Sighting seen;
+  for (int look = 0; looked_at && look < 2; ++look) {  // again if the surface has changed meanwhile
+    lock.unlock();
+    seen = sighting_of(*looked_at, camera, planner_options);
+    lock.lock();
+    if (looked_at == sight) break;
+    looked_at = sight;
+    seen = {};
+  }
+  require_going();
+  ++status.offered;
+  LiveVerdict verdict;
+  bool worth = false;
+  verdict.news = 1;
+  if (sight) {
+    coverage->ask(seen);
+    verdict.news = coverage->news(seen);
+    worth = coverage->is_worth(seen);
+  }
+  const bool grows = status.depths_given > sight_depths;
+  if (!worth && !(grows && seen.empty > kMuchUnseen)) {
+    verdict.decision = sight ? LiveDecision::not_needed : LiveDecision::not_covered;
+    ++status.not_needed;
+    note_passed(camera);
+    changed.notify_all();
+    return verdict;
+  }
+  verdict.decision = worth ? LiveDecision::chosen : LiveDecision::not_yet;
+  WaitingView view{name, camera, std::move(photograph), now, offers_++, verdict.news, std::nullopt, 0};
+  if (!worth) view.for_depths = status.depths_given;
+  if (sight) view.counted = coverage->add_waiting(seen);
+  waiting.push_back(std::move(view));
+  while (waiting.size() > options.waiting_views) give_up(least_useful(waiting), verdict);
+  changed.notify_all();
+  return verdict;
+}
+
+void LiveModel::State::give_up(std::size_t place, LiveVerdict& verdict) {
+  WaitingView view = std::move(waiting[place]);
+  waiting.erase(waiting.begin() + static_cast<std::ptrdiff_t>(place));
+  if (sight) coverage->remove_waiting(view.counted);
+  ++status.dropped;
+  note_passed(view.camera);
+  verdict.dropped.push_back(std::move(view.name));
+}
+
+void LiveModel::State::fuse(const Camera& camera, std::function<DepthImage()> depth) {
+  check(camera);
+  if (!depth) throw std::invalid_argument("live: there is no function for the depth frame");
+  const std::lock_guard<std::mutex> lock(mutex);
+  require_going();
+  ++status.depths_given;
+  depths.push_back({camera, std::move(depth)});
+  if (depths.size() > options.waiting_depths) {
+    depths.erase(depths.begin() + static_cast<std::ptrdiff_t>(most_alike(depths)));
+    ++status.depths_dropped;
+  }
+  changed.notify_all();
+}
+
+void LiveModel::State::move_views(std::vector<MovedView> views) {
+  for (const MovedView& view : views) check(view.camera);
+  const std::lock_guard<std::mutex> lock(mutex);
+  require_going();
+  for (WaitingView& view : waiting) {
+    const auto moved = std::find_if(views.begin(), views.end(), [&](const auto& v) { return v.name == view.name; });
+    if (moved != views.end()) view.camera = moved->camera;
+  }
+  moves.push_back(std::move(views));
+  changed.notify_all();
+}
+
+std::shared_ptr<const Snapshot> LiveModel::State::snapshot() {
+  std::shared_ptr<Atlas> from;
+  {
+    const std::lock_guard<std::mutex> lock(mutex);
+    if (failure) std::rethrow_exception(failure);
+    from = shown_atlas;
+  }
+  return from ? std::make_shared<const Snapshot>(from->snapshot()) : nullptr;
+}
+
+LiveStatus LiveModel::State::status_now() {
+  const std::lock_guard<std::mutex> lock(mutex);
+  if (failure) std::rethrow_exception(failure);
+  LiveStatus now = status;
+  now.waiting = static_cast<std::uint32_t>(waiting.size());
+  return now;
+}
+
+void LiveModel::State::run_views() {
+  Lock lock(mutex);
+  for (;;) {
+    // A surface may wait for a time, of which nothing tells.
+    changed.wait_for(lock, std::chrono::milliseconds(50), [&] {
+      return stop || !moves.empty() || may_take_surface() || next_view() || (sight && !passed.empty());
+    });
+    if (stop) return;
+    views_busy = true;
+    if (!moves.empty() && sight) {
+      take_moves(lock);
+    } else if (!moves.empty()) {
+      moves.clear();  // no view is stored
+    } else if (may_take_surface()) {
+      take_surface(lock);
+    } else if (const std::optional<std::size_t> view = next_view()) {
+      store_view(lock, *view);
+    } else if (sight && !passed.empty()) {
+      count_passed(lock);
+    }
+    views_busy = false;
+    changed.notify_all();
+  }
+}
+
+void LiveModel::State::store_view(Lock& lock, std::size_t place) {
+  WaitingView view = std::move(waiting[place]);
+  waiting.erase(waiting.begin() + static_cast<std::ptrdiff_t>(place));
+  lock.unlock();
+  const LiveStopwatch stopwatch;
+  LiveOutcome outcome{view.name, {}, {}, 0};
+  try {
+    outcome.verdict = planner->offer(view.name, view.camera, view.photograph);
+  } catch (const std::exception& error) {
+    outcome.failure = error.what();
+  }
+  outcome.until_stored = ms_of(LiveClock::now() - view.offered);
+  lock.lock();
+  stopwatch.stop(status.storing);
+  coverage->remove_waiting(view.counted);
+  coverage->follow(planner->store());
+  status.held = planner->store().held_views();
+  const Decision decision = outcome.verdict.decision;
+  if (!outcome.failure.empty()) {
+    ++status.failed;
+    status.last_failure = outcome.failure;
+  } else if (decision == Decision::outlier) {
+    ++status.outliers;
+  } else if (decision == Decision::rejected) {
+    ++status.not_needed;
+  } else {
+    ++status.stored;
+  }
+  outcomes.push_back(std::move(outcome));
+}
+
+// Views that were not needed count for what the stream asks for.
+void LiveModel::State::count_passed(Lock& lock) {
+  const Camera camera = passed.front();
+  passed.erase(passed.begin());
+  lock.unlock();
+  planner->pass_by(camera);
+  lock.lock();
+}
+
+void LiveModel::State::start_planner(const GrownSurface& first) {
+  double& distance = planner_options.coverage.ideal_distance;
+  if (distance == 0) distance = surface.usual_distance();
+  atlas = std::make_shared<Atlas>(first.surface, options.max_views, kWholeViews, choose_tiles);
+  planner = std::make_unique<Planner>(*atlas, *first.visibility, planner_options);
+}
+
+void LiveModel::State::take_surface(Lock& lock) {
+  Grown next = std::move(*grown);
+  grown.reset();
+  lock.unlock();
+  const LiveStopwatch stopwatch;
+  if (planner) {
+    planner->update_surface(next.surface.surface, *next.surface.visibility, next.surface.previous_cell,
+                            next.surface.changed);
+  } else {
+    start_planner(next.surface);
+  }
+  planner_visibility = next.surface.visibility;
+  lock.lock();
+  shown_atlas = atlas;
+  status.faces = next.surface.surface->mesh.faces.size();
+  status.cells = next.surface.surface->cells.cells.size();
+  count_anew(lock, std::make_shared<const LiveSight>(LiveSight{next.surface.surface, next.surface.visibility}),
+             next.depths);
+  const double ms = stopwatch.stop(status.surface_taking);
+  next_taking = LiveClock::now() + std::chrono::microseconds(static_cast<std::int64_t>(1000 * kStoringShare * ms));
+}
+
+void LiveModel::State::take_moves(Lock& lock) {
+  const std::vector<MovedView> views = std::move(moves.front());
+  moves.erase(moves.begin());
+  lock.unlock();
+  const LiveStopwatch stopwatch;
+  std::vector<ViewPose> poses;
+  for (const ViewSlot slot : planner->store().held_slots()) {
+    const std::string name = planner->store().name_of(slot);
+    const auto moved = std::find_if(views.begin(), views.end(), [&](const auto& v) { return v.name == name; });
+    if (moved != views.end()) poses.push_back({slot, moved->camera});
+  }
+  if (!poses.empty()) planner->move_views(poses);
+  lock.lock();
+  count_anew(lock, sight, sight_depths);
+  stopwatch.stop(status.moving);
+}
+
+// Offers go on with the account before, outside the lock, until a new one knows all that waits.
+void LiveModel::State::count_anew(Lock& lock, std::shared_ptr<const LiveSight> next, std::uint64_t next_depths) {
+  lock.unlock();
+  auto fresh =
+      std::make_unique<LiveCoverage>(*next->surface, options.max_views, options.waiting_views + 2, planner_options);
+  fresh->follow(planner->store(), true);
+  lock.lock();
+  std::map<std::uint64_t, Recount> recounted;
+  for (;;) {
+    forget_given_up(recounted, *fresh);
+    std::vector<Undecided> missing;
+    for (const WaitingView& view : waiting) {
+      if (!recounted.contains(view.number)) missing.push_back({view.number, view.camera, is_ready(view, next_depths)});
+    }
+    if (missing.empty()) break;
+    lock.unlock();
+    recount(missing, *next, *fresh, recounted);
+    lock.lock();
+  }
+  sight = std::move(next);
+  sight_depths = next_depths;
+  std::swap(coverage, fresh);
+  take_recounts(recounted);
+}
+
+// Views that were given up meanwhile do not count.
+void LiveModel::State::forget_given_up(std::map<std::uint64_t, Recount>& recounted, LiveCoverage& fresh) const {
+  std::erase_if(recounted, [&](const auto& entry) {
+    const bool waits = std::any_of(waiting.begin(), waiting.end(),
+                                   [&](const WaitingView& view) { return view.number == entry.first; });
+    if (!waits && entry.second.counted) fresh.remove_waiting(*entry.second.counted);
+    return !waits;
+  });
+}
+
+// Decides about the views with the most news first, which may make others needless.
+void LiveModel::State::recount(const std::vector<Undecided>& views, const LiveSight& next, LiveCoverage& fresh,
+                               std::map<std::uint64_t, Recount>& recounted) const {
+  std::vector<std::pair<Sighting, const Undecided*>> sightings;
+  sightings.reserve(views.size());
+  for (const Undecided& view : views) sightings.emplace_back(sighting_of(next, view.camera, planner_options), &view);
+  for (const auto& [seen, view] : sightings) fresh.ask(seen);
+  std::multimap<double, std::size_t, std::greater<>> by_news;
+  for (std::size_t i = 0; i < sightings.size(); ++i) by_news.emplace(fresh.news(sightings[i].first), i);
+  for (const auto& [news, i] : by_news) {
+    const auto& [seen, view] = sightings[i];
+    Recount& result = recounted[view->number];
+    result.news = news;
+    result.worth = fresh.is_worth(seen);
+    if (result.worth || !view->ready) result.counted = fresh.add_waiting(seen);
+  }
+}
+
+void LiveModel::State::take_recounts(const std::map<std::uint64_t, Recount>& recounted) {
+  std::vector<WaitingView> before = std::exchange(waiting, {});
+  for (WaitingView& view : before) {
+    const Recount& result = recounted.at(view.number);
+    if (!result.counted) {
+      turn_away(view);
+      continue;
+    }
+    view.news = result.news;
+    view.counted = *result.counted;
+    if (result.worth) view.for_depths.reset();
+    waiting.push_back(std::move(view));
+  }
+}
+
+void LiveModel::State::turn_away(const WaitingView& view) {
+  ++status.not_needed;
+  outcomes.push_back({view.name, {}, {}, ms_of(LiveClock::now() - view.offered)});
+  note_passed(view.camera);
+}
+
+void LiveModel::State::run_depths() {
+  Lock lock(mutex);
+  for (;;) {
+    const auto has_work = [&] { return stop || !depths.empty() || may_make_surface(); };
+    if (fused_unshown > 0 && !grown && !finishing) {
+      changed.wait_until(lock, next_surface, has_work);
+    } else {
+      changed.wait(lock, has_work);
+    }
+    if (stop) return;
+    depths_busy = true;
+    if (may_make_surface()) {
+      make_surface(lock);
+    } else if (!depths.empty()) {
+      fuse_next(lock);
+    }
+    depths_busy = false;
+    changed.notify_all();
+  }
+}
+
+void LiveModel::State::fuse_next(Lock& lock) {
+  const WaitingDepth frame = std::move(depths.front());
+  depths.erase(depths.begin());
+  lock.unlock();
+  const LiveStopwatch stopwatch;
+  bool added = false;
+  std::string why = "a depth frame measured nothing, or the surface has no room for it";
+  try {
+    added = surface.add(frame.depth());
+  } catch (const std::exception& error) {
+    why = error.what();
+  }
+  lock.lock();
+  stopwatch.stop(status.fusion);
+  if (added) {
+    ++fused_unshown;
+  } else {
+    ++status.depths_refused;
+    status.last_failure = why;
+  }
+}
+
+void LiveModel::State::make_surface(Lock& lock) {
+  const std::uint64_t with = status.depths_given - depths.size();
+  const auto show = finishing ? GrowingFusion::Show::everything : GrowingFusion::Show::what_changed;
+  lock.unlock();
+  const LiveStopwatch stopwatch;
+  std::optional<GrownSurface> made = surface.grow(show);
+  lock.lock();
+  const double ms = stopwatch.stop(status.surface_making);
+  fused_unshown = 0;
+  if (made) grown = Grown{std::move(*made), with};
+  const auto rest = std::chrono::milliseconds(static_cast<std::int64_t>(ms + status.surface_taking.last));
+  next_surface = LiveClock::now() + std::max<std::chrono::milliseconds>(options.surface_interval, rest);
+}
+
+LiveResult LiveModel::State::finish(std::uint32_t polish_steps) {
+  {
+    Lock lock(mutex);
+    require_going();
+    finishing = true;
+    changed.notify_all();
+    changed.wait(lock, [&] { return stop || all_rests(); });
+  }
+  end_threads();
+  if (failure) std::rethrow_exception(failure);
+  LiveResult result;
+  result.planner = planner_options;
+  if (!planner) return result;
+  for (std::uint32_t step = 0; step < polish_steps; ++step) {
+    const PolishStep polished = planner->refiner().polish();
+    if (polished.views == 0 || planner->refiner().at_rest()) break;
+  }
+  planner->refiner().settle();
+  atlas->choose_tiles_anew();
+  result.snapshot = atlas->snapshot();
+  result.snapshot.cell_coverage = planner->store().cell_coverage();
+  result.summed_coverage = planner->store().summed_coverage();
+  result.stored_bytes = planner->store().stored_bytes();
+  return result;
+}
+
+LiveModel::LiveModel(const LiveOptions& options) {
+  check(options);
+  state_ = std::make_unique<State>(options);
+}
+
+LiveModel::~LiveModel() = default;
+
+LiveVerdict LiveModel::offer(const std::string& name, const Camera& camera, PhotographSource photograph) {
+  return state_->offer(name, camera, std::move(photograph));
+}
+
+void LiveModel::fuse(const Camera& camera, std::function<DepthImage()> depth) {
+  state_->fuse(camera, std::move(depth));
+}
+
+void LiveModel::move_views(std::vector<MovedView> views) {
+  state_->move_views(std::move(views));
+}
+
+std::shared_ptr<const Snapshot> LiveModel::snapshot() const {
+  return state_->snapshot();
+}
+
+LiveStatus LiveModel::status() const {
+  return state_->status_now();
+}
+
+std::vector<LiveOutcome> LiveModel::take_outcomes() {
+  const std::lock_guard<std::mutex> lock(state_->mutex);
+  return std::exchange(state_->outcomes, {});
+}
+
+LiveResult LiveModel::finish(std::uint32_t polish_steps) {
+  return state_->finish(polish_steps);
+}
+
+}  // namespace lumatlas

@@ -1,0 +1,138 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// A model of a stream of frames: it grows while somebody walks through the scene, and may be looked at all the while
+// (Erat et al. 2019, sections 1 and 5, Fig. 1 and 2).
+//
+//   LiveModel live(LiveOptions{});
+//   for (const Frame& frame : stream) {
+//     live.fuse(frame.camera, [frame] { return frame.depth(); });
+//     live.offer(frame.name, frame.camera, [frame] { return frame.photograph(); });
+//     if (const auto now = live.snapshot()) draw(*now);
+//   }
+//   const LiveResult model = live.finish();
+//
+// offer(), fuse() and move_views() never wait for work: they decide, put what is to be done into a bounded queue, and
+// return. Two threads work. One fuses depth frames and makes surfaces of them. The other stores the chosen views and
+// takes over surfaces and poses. Each stored view, surface and set of poses is one edit of the store: a snapshot has
+// all of it or nothing.
+//
+// All coordinates are relative to one origin near the scene, which the caller subtracts: positions become floats.
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "atlas/snapshot.h"
+#include "planner/planner.h"
+#include "tools/live/live_surface.h"
+#include "tools/meshing/depth/depth_fusion.h"
+
+namespace lumatlas {
+
+struct LiveOptions {
+  std::uint32_t max_views = 100;  // that the store holds, >= 1
+  // How each view is judged and refined. coverage.ideal_distance 0: the median distance that the first depth frame
+  // measured.
+  PlannerOptions planner;
+  LiveSurfaceOptions surface;
+  std::chrono::milliseconds surface_interval{500};  // between two surfaces at least, > 0; longer where they take longer
+  std::uint32_t waiting_views = 24;                 // chosen, and not stored yet; >= 1
+  std::uint32_t waiting_depths = 8;                 // given, and not fused yet; >= 1
+};
+
+// Throws std::invalid_argument naming the field, its value and the rule that it breaks.
+void check(const LiveOptions& options);
+
+enum class LiveDecision {
+  chosen,       // waits for a thread to store it
+  not_yet,      // sees much that no surface is made of yet: decided once the surface has the depth frames given before
+  not_needed,   // adds too little to what is stored or waits
+  not_covered,  // sees no surface, and no depth frame waits that could bring one
+};
+
+struct LiveVerdict {
+  LiveDecision decision = LiveDecision::not_needed;
+  double news = 0;                   // share of the picture that it shows better than the store, in [0, 1]
+  std::vector<std::string> dropped;  // views that waited and are given up for it; may name the view itself
+};
+
+// What became of a view that was chosen or not decided yet.
+struct LiveOutcome {
+  std::string name;
+  Verdict verdict;          // the planner's
+  std::string failure;      // why its photograph cannot be had; empty: it could
+  double until_stored = 0;  // from offer() until snapshots have it, or it is turned away; milliseconds
+};
+
+// How often something was done, and how long it took, milliseconds.
+struct LiveTimes {
+  std::uint64_t count = 0;
+  double last = 0, total = 0, worst = 0;
+};
+
+struct LiveStatus {
+  std::uint64_t offered = 0, not_needed = 0, dropped = 0, failed = 0;      // views
+  std::uint64_t stored = 0, outliers = 0;                                  // views, by the planner
+  std::uint32_t held = 0, waiting = 0;                                     // views in the store and in the queue
+  std::uint64_t depths_given = 0, depths_dropped = 0, depths_refused = 0;  // refused: unreadable, or no room
+  LiveTimes fusion, surface_making, surface_taking, storing, moving;
+  std::uint64_t faces = 0, cells = 0;  // of the surface
+  std::string last_failure;            // of a depth frame or photograph; empty: none
+};
+
+struct MovedView {
+  std::string name;
+  Camera camera;  // that it would be offered with now
+};
+
+struct LiveResult {
+  Snapshot snapshot;       // without a surface if no depth frame showed one
+  PlannerOptions planner;  // with the values in effect
+  double summed_coverage = 0;
+  std::uint64_t stored_bytes = 0;
+};
+
+class LiveModel {
+ public:
+  // Throws as check() does.
+  explicit LiveModel(const LiveOptions& options);
+  // Ends as soon as the jobs that run are done. What waits is given up.
+  ~LiveModel();
+  LiveModel(const LiveModel&) = delete;
+  LiveModel& operator=(const LiveModel&) = delete;
+
+  // Every call below is safe from any thread, and throws what ended the work if a thread could not go on.
+
+  // Decides whether to store a view, on this thread: by a picture of the surface as it is now, at
+  // planner.visibility_px, and what the store and the waiting views cover. `photograph` is called later, once or never,
+  // from another thread; what it throws is noted, and the view left out. Where the queue is full, the view with the
+  // least news in it is given up. Throws std::invalid_argument for a bad camera or an empty function.
+  LiveVerdict offer(const std::string& name, const Camera& camera, PhotographSource photograph);
+  // Adds a depth frame to the surface. `depth` is called later, once or never, from another thread. Where the queue is
+  // full, the frame whose camera is nearest to another one's is given up. Throws as offer().
+  void fuse(const Camera& camera, std::function<DepthImage()> depth);
+  // Gives views other poses, by name, the stored ones at once and those that wait too; names of other views have no
+  // effect. The surface stays as it was fused.
+  void move_views(std::vector<MovedView> views);
+  // Returns the model as it is now; null while there is no surface.
+  [[nodiscard]] std::shared_ptr<const Snapshot> snapshot() const;
+  [[nodiscard]] LiveStatus status() const;
+  // Returns what became of views since the last call, in that order.
+  [[nodiscard]] std::vector<LiveOutcome> take_outcomes();
+
+  // Works off all that waits, makes the last surface, and ends the threads. Then refines all views together for at most
+  // `polish_steps` steps and brings depths and masks up to date. To be called once; offers come no more afterwards
+  // (std::logic_error).
+  LiveResult finish(std::uint32_t polish_steps = 0);
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace lumatlas

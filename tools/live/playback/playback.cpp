@@ -1,0 +1,322 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "tools/live/playback/playback.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <glm/glm.hpp>
+#include <map>
+#include <set>
+#include <string>
+#include <thread>
+#include <utility>
+#include <variant>
+
+#include "mesh/base/errors.h"
+#include "mesh/base/requirement.h"
+#include "mesh/visibility/visibility.h"
+#include "planner/refinement/surface_deviation.h"
+#include "tools/base/elapsed.h"
+#include "tools/budget/gpu_budget.h"
+#include "tools/live/playback/captured_stream.h"
+#include "tools/live/playback/frame_message.h"
+#include "tools/meshing/depth/scene_depth.h"
+#include "tools/pipeline/surface/surface_trust_shares.h"
+
+namespace lumatlas {
+
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+constexpr auto kLook = std::chrono::milliseconds(50);  // between two questions whether to end
+constexpr auto kTell = std::chrono::seconds(1);
+constexpr Requirement playback_requires{"playback"};
+
+class Player {
+ public:
+  Player(const CapturedStream& stream, const PlaybackOptions& options, const PlaybackCallbacks& callbacks,
+         LiveModel& live, PlaybackRecord& record)
+      : stream_(stream), options_(options), callbacks_(callbacks), live_(live), record_(record) {}
+
+  void play() {
+    for (const CapturedFrame& frame : stream_.frames) {
+      if (!wait_until(frame.time)) break;
+      show(frame);
+    }
+    record_.ended_early = record_.frames < stream_.frames.size();
+    record_.seconds = std::chrono::duration<double>(Clock::now() - start_).count();
+    tell();
+  }
+
+ private:
+  // Returns false if the stream is to end.
+  bool wait_until(double time) {
+    const Clock::time_point due =
+        start_ + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(time / options_.speed));
+    for (;;) {
+      if (callbacks_.ended && callbacks_.ended()) return false;
+      const Clock::time_point now = Clock::now();
+      if (now >= next_tell_) tell();
+      if (now >= due) {
+        record_.late_ms.push_back(std::chrono::duration<double, std::milli>(now - due).count());
+        return true;
+      }
+      std::this_thread::sleep_until(std::min<Clock::time_point>(due, now + kLook));
+    }
+  }
+
+  void show(const CapturedFrame& frame) {
+    time_ = frame.time;
+    ++record_.frames;
+    if (frame.depth) {
+      const SceneDepth& depth = stream_.scene.depths[*frame.depth];
+      live_.fuse(depth.camera, [&depth] { return read_depth(depth); });
+    }
+    if (!frame.view) return;
+    const SceneView& view = stream_.scene.views[*frame.view];
+    const Clock::time_point start = Clock::now();
+    (void)live_.offer(view.name, view.camera, [&view] { return load_photograph(view); });
+    record_.offer_ms.push_back(ms_since(start));
+  }
+
+  void tell() {
+    next_tell_ = Clock::now() + kTell;
+    if (!callbacks_.told) return;
+    callbacks_.told({time_, stream_.frames.back().time, record_.frames, stream_.frames.size(), live_.status()});
+  }
+
+  const CapturedStream& stream_;
+  const PlaybackOptions& options_;
+  const PlaybackCallbacks& callbacks_;
+  LiveModel& live_;
+  PlaybackRecord& record_;
+  Clock::time_point start_ = Clock::now(), next_tell_ = start_ + kTell;
+  double time_ = 0;
+};
+
+// Where frames came from, and the photographs that were offered.
+struct PlayedSource {
+  SceneViews scene;  // of a capture; empty for a client, except for its root
+  std::vector<std::string> offered;
+};
+
+// One entry for each photograph that was offered, in that order; those that nothing more is known of were rejected.
+std::vector<PlannedView> planned_views(const PlayedSource& source, const PlaybackRecord& record) {
+  std::map<std::string, const LiveOutcome*> by_name;
+  for (const LiveOutcome& outcome : record.outcomes) by_name[outcome.name] = &outcome;
+  std::vector<PlannedView> planned;
+  for (const std::string& name : source.offered) {
+    PlannedView& view = planned.emplace_back();
+    view.name = name;
+    const auto found = by_name.find(view.name);
+    if (found != by_name.end()) view.verdict = found->second->verdict;
+  }
+  return planned;
+}
+
+std::vector<SkippedView> unread_views(const PlaybackRecord& record) {
+  std::vector<SkippedView> skipped;
+  for (const LiveOutcome& outcome : record.outcomes) {
+    if (!outcome.failure.empty()) skipped.push_back({outcome.name, outcome.failure});
+  }
+  std::sort(skipped.begin(), skipped.end(), [](const auto& a, const auto& b) { return a.name < b.name; });
+  return skipped;
+}
+
+void measure_trust(BuildResult& result) {
+  SurfaceDeviation deviation = surface_deviation(result.snapshot);
+  if (!deviation.any_measured()) return;
+  const std::unique_ptr<Visibility> visibility = make_ray_visibility(result.snapshot.surface->mesh);
+  result.trust = trust_shares(result.snapshot, deviation, *visibility);
+  result.snapshot.cell_deviation = std::move(deviation.of_cell);
+}
+
+BuildResult result_of(const PlayedSource& source, const PlaybackOptions& options, LiveResult model,
+                      const PlaybackRecord& record) {
+  BuildResult result;
+  result.snapshot = std::move(model.snapshot);
+  if (!result.snapshot.surface) {
+    throw InputError(source.scene.root.string() + ": none of the depth images that came makes a surface" +
+                     (record.live.last_failure.empty() ? "" : ": " + record.live.last_failure));
+  }
+  result.options.max_views = options.live.max_views;
+  result.options.planner = options.live.planner;
+  result.options.hold_out = options.hold_out;
+  result.options.refine = options.polish_steps > 0 ? RefineMode::joint : RefineMode::all;
+  result.options.refine_lenses = false;
+  result.options.texture_px.reset();
+  result.effective = model.planner;
+  result.mesh_file = source.scene.root;
+  result.planned = planned_views(source, record);
+  result.skipped = unread_views(record);
+  result.scene_notes = source.scene.notes;
+  result.georeference = source.scene.georeference;
+  // Of a stream that was ended the photographs that did not come are none that the model lacks.
+  result.views = record.ended_early ? result.planned.size() : source.scene.views.size();
+  result.masked_views = masked_views(source.scene);
+  result.listed_to_score = record.ended_early ? 0 : held_out_views(source.scene);
+  result.summed_coverage = model.summed_coverage;
+  result.stored_bytes = model.stored_bytes;
+  if (options.measure_deviation) measure_trust(result);
+  result.gpu_bytes = GpuByteCount(result.snapshot.surface).of(result.snapshot);
+  return result;
+}
+
+// Works off what waits, and makes the result.
+void finish_playback(LiveModel& live, std::shared_ptr<void>& watch, const PlayedSource& source,
+                     const PlaybackOptions& options, Playback& playback) {
+  const Clock::time_point end = Clock::now();
+  LiveResult model = live.finish(options.polish_steps);
+  watch.reset();
+  PlaybackRecord& record = playback.record;
+  record.outcomes = live.take_outcomes();
+  record.live = live.status();
+  playback.result = result_of(source, options, std::move(model), record);
+  record.finish_ms = ms_since(end);
+}
+
+DepthImage depth_of(const FrameMessage& frame) {
+  std::vector<float> depth;
+  depth.reserve(frame.depth.size());
+  for (const std::uint16_t value : frame.depth) depth.push_back(static_cast<float>(frame.depth_unit * value));
+  return slanted_depth(frame.camera, std::move(depth));
+}
+
+// Takes messages of clients, one client after the other, until one of them says that the stream ends.
+class Receiver {
+ public:
+  Receiver(FrameSocket& socket, PlaybackOptions& options, const PlaybackCallbacks& callbacks)
+      : socket_(socket), options_(options), callbacks_(callbacks) {
+    source_.scene.root = "the stream";
+  }
+
+  Playback receive() {
+    while (!ended_ && !(callbacks_.ended && callbacks_.ended())) {
+      take(socket_.receive(kLook));
+      if (Clock::now() >= next_tell_) tell();
+    }
+    tell();
+    Playback playback;
+    playback.record = std::move(record_);
+    playback.record.ended_early = !ended_;
+    playback.record.seconds = seconds();
+    if (!live_) throw InputError("no frame came, so that no model was saved");
+    finish_playback(*live_, watch_, source_, options_, playback);
+    return playback;
+  }
+
+ private:
+  void take(const FrameSocket::Received& received) {
+    if (received.opened) reader_ = MessageReader();
+    try {
+      reader_.add(received.bytes);
+      while (std::optional<LiveMessage> message = reader_.next()) {
+        std::visit([this](auto& content) { handle(std::move(content)); }, *message);
+      }
+    } catch (const InputError& error) {
+      warn(std::string("the client's ") + error.what() + ": its connection is ended, what came before stays");
+      socket_.hang_up();
+      reader_ = MessageReader();
+    }
+    if (received.closed && !ended_) warn("the client has gone without an end message; another may come");
+  }
+
+  void handle(FrameMessage&& message) {
+    if (!names_.insert(message.name).second) throw InputError("frame " + message.name + " came before");
+    if (!live_) start(message.camera);
+    ++record_.frames;
+    move(message.camera);
+    const auto frame = std::make_shared<const FrameMessage>(std::move(message));
+    if (!frame->depth.empty()) live_->fuse(frame->camera, [frame] { return depth_of(*frame); });
+    if (frame->photograph.empty()) return;
+    source_.offered.push_back(frame->name);
+    const Clock::time_point called = Clock::now();
+    (void)live_->offer(frame->name, frame->camera, [frame] { return read_photograph(frame->photograph, frame->name); });
+    record_.offer_ms.push_back(ms_since(called));
+  }
+
+  void handle(MovesMessage&& message) {
+    if (!live_) return;
+    for (MovedView& view : message.views) move(view.camera);
+    live_->move_views(std::move(message.views));
+  }
+
+  void handle(EndMessage&& /*end*/) { ended_ = true; }
+
+  void start(const Camera& first) {
+    options_.live.surface.offset = glm::round(first.center());
+    live_ = std::make_unique<LiveModel>(options_.live);
+    if (callbacks_.watch) watch_ = callbacks_.watch(*live_);
+    start_ = Clock::now();
+  }
+
+  void move(Camera& camera) const {
+    camera.cam_from_world_translation += camera.cam_from_world_rotation * options_.live.surface.offset;
+  }
+
+  [[nodiscard]] double seconds() const {
+    return live_ ? std::chrono::duration<double>(Clock::now() - start_).count() : 0;
+  }
+
+  void tell() {
+    next_tell_ = Clock::now() + kTell;
+    if (callbacks_.told && live_) callbacks_.told({seconds(), 0, record_.frames, 0, live_->status()});
+  }
+
+  void warn(const std::string& sentence) const {
+    if (callbacks_.warned) callbacks_.warned(sentence);
+  }
+
+  FrameSocket& socket_;
+  PlaybackOptions& options_;
+  const PlaybackCallbacks& callbacks_;
+  MessageReader reader_;
+  std::set<std::string> names_;
+  PlayedSource source_;
+  PlaybackRecord record_;
+  std::unique_ptr<LiveModel> live_;
+  std::shared_ptr<void> watch_;
+  Clock::time_point start_, next_tell_ = Clock::now() + kTell;
+  bool ended_ = false;
+};
+
+}  // namespace
+
+void check(const PlaybackOptions& options) {
+  check(options.live);
+  playback_requires(std::isfinite(options.speed) && options.speed > 0, "speed", options.speed, "finite and above 0");
+  playback_requires(std::isfinite(options.rate) && options.rate > 0, "rate", options.rate, "finite and above 0");
+  if (options.hold_out) check(*options.hold_out);
+}
+
+Playback play_capture(const std::filesystem::path& folder, PlaybackOptions options,
+                      const PlaybackCallbacks& callbacks) {
+  check(options);
+  const Clock::time_point start = Clock::now();
+  const CapturedStream stream = read_captured_stream(folder, options.pictures, options.hold_out, options.rate);
+  options.live.surface.offset = stream.offset;
+  Playback playback;
+  PlaybackRecord& record = playback.record;
+  LiveModel live(options.live);
+  std::shared_ptr<void> watch = callbacks.watch ? callbacks.watch(live) : nullptr;
+  Player(stream, options, callbacks, live, record).play();
+  PlayedSource source{stream.scene, {}};
+  for (std::size_t i = 0; i < record.frames; ++i) {
+    if (stream.frames[i].view) source.offered.push_back(stream.scene.views[*stream.frames[i].view].name);
+  }
+  finish_playback(live, watch, source, options, playback);
+  playback.result.total_ms = ms_since(start);
+  return playback;
+}
+
+Playback receive_stream(FrameSocket& socket, PlaybackOptions options, const PlaybackCallbacks& callbacks) {
+  check(options);
+  const Clock::time_point start = Clock::now();
+  Receiver receiver(socket, options, callbacks);
+  Playback playback = receiver.receive();
+  playback.result.total_ms = ms_since(start);
+  return playback;
+}
+
+}  // namespace lumatlas

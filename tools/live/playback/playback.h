@@ -1,0 +1,76 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Feeds a LiveModel: with a capture, played at its own pace as if somebody walked through the scene now, or with what
+// another program sends.
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "tools/live/live_model.h"
+#include "tools/live/playback/frame_socket.h"
+#include "tools/pipeline/build_model.h"
+#include "tools/scene/scene.h"
+
+namespace lumatlas {
+
+struct PlaybackOptions {
+  LiveOptions live;
+  PictureFolders pictures;
+  std::optional<HoldOut> hold_out;  // photographs that are not offered; their depth images are fused
+  double speed = 1;                 // times as fast as it was taken, finite, > 0
+  double rate = 10;                 // photographs a second where the capture has no times, finite, > 0
+  std::uint32_t polish_steps = 0;   // see LiveModel::finish()
+  bool measure_deviation = true;    // see BuildOptions::measure_deviation
+};
+
+// Throws std::invalid_argument naming the field, its value and the rule that it breaks.
+void check(const PlaybackOptions& options);
+
+// What is known while the stream runs.
+struct PlaybackProgress {
+  double time = 0, seconds = 0;       // of the stream: now, and its last frame's; 0: not known
+  std::size_t frame = 0, frames = 0;  // those that came, and all; 0: not known
+  LiveStatus live;
+};
+
+struct PlaybackCallbacks {
+  std::function<bool()> ended;                             // asked some times a second; true ends the stream
+  std::function<void(const PlaybackProgress&)> told;       // about once a second, and when the stream has ended
+  std::function<void(const std::string&)> warned;          // sentences about a client of receive_stream()
+  std::function<std::shared_ptr<void>(LiveModel&)> watch;  // as AtlasWatch
+};
+
+// How the calls of the stream went, and what became of its views.
+struct PlaybackRecord {
+  std::size_t frames = 0;        // that were played
+  double seconds = 0;            // wall time of the stream
+  double finish_ms = 0;          // wall time from its end to the result
+  std::vector<double> offer_ms;  // each call of offer(), until it returned
+  std::vector<double> late_ms;   // how much later than it should each frame was played
+  std::vector<LiveOutcome> outcomes;
+  LiveStatus live;
+  bool ended_early = false;
+};
+
+struct Playback {
+  BuildResult result;  // as save_model() takes it
+  PlaybackRecord record;
+};
+
+// Throws InputError, what check() throws, and what the callbacks throw. Where no view was stored, the result holds
+// none, and save_model() refuses it.
+[[nodiscard]] Playback play_capture(const std::filesystem::path& folder, PlaybackOptions options,
+                                    const PlaybackCallbacks& callbacks = {});
+
+// Takes the frames that programs send to the socket (tools/live/README.md), until one of them ends the stream or
+// `ended` says so. A client that goes, stalls or sends nonsense ends nothing: what it sent before stays, and another
+// one may come. Throws as play_capture(), and InputError where no frame came.
+[[nodiscard]] Playback receive_stream(FrameSocket& socket, PlaybackOptions options,
+                                      const PlaybackCallbacks& callbacks = {});
+
+}  // namespace lumatlas
