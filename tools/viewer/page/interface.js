@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The elements around the picture: progress, buttons, thumbnails, legend, messages.
+import {button, element, part} from './elements.js';
 /** @import {SiteFiles} from './reading/site_files.js' */
 /** @import {Actions, Mode, Scene, View} from './types.d.ts' */
 
@@ -12,25 +13,8 @@ const LEGENDS = {
   colours: 'The mean of all photographs, as any other program shows it.',
 };
 
-/**
- * @template {HTMLElement} T
- * @param {string} id
- * @param {new () => T} type
- * @returns {T}
- */
-function element(id, type) {
-  const found = document.getElementById(id);
-  if (!(found instanceof type)) throw new Error(`the page has no ${type.name} "${id}"`);
-  return found;
-}
-
-/** @param {string} id */
-const button = (id) => element(id, HTMLButtonElement);
-/** @param {string} id */
-const part = (id) => element(id, HTMLElement);
-
 // Buttons that need a model.
-const OF_A_MODEL = ['walk', 'hold', 'save'];
+const OF_A_MODEL = ['walk', 'hold', 'save', 'more'];
 
 const GPU_LOST =
     'The browser has taken the GPU away. The picture comes back with it; if it does not, load the page again.';

@@ -1,8 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The page of a site. For other pages: `openModel(canvas, options)` shows a site's model in a canvas of their own.
 import {parseAddress, printAddress} from './address.js';
+import {Comparison} from './comparing.js';
+import {button, part} from './elements.js';
 import {interact} from './interaction.js';
 import {Interface, showFailure} from './interface.js';
+import {Panels} from './panels.js';
 import {viewsOf} from './reading/model.js';
 import {boundOfWeight} from './drawing/ranked_references.js';
 import {texelForm} from './drawing/photograph_forms.js';
@@ -156,9 +159,19 @@ function showModel(viewer, page) {
   page.showHold(viewer.navigation.hold.on);
   page.showModel();
   linkAddress(viewer, page);
+  const tools = startTools(viewer);
+  Object.assign(window, {lumatlasTools: tools});  // for the console
   interact(viewer, () => {
     if (viewer.hasMesh) page.hidePoster();
+    for (const tool of Object.values(tools)) tool.follow();
   });
+}
+
+// Connects the tools that lie over the picture and follow its camera.
+/** @param {Viewer} viewer */
+function startTools(viewer) {
+  new Panels().add({button: button('more'), panel: part('tools'), toggled: () => {}});
+  return {comparison: new Comparison(viewer)};
 }
 
 /** @param {HTMLCanvasElement} canvas */
