@@ -106,6 +106,7 @@ json export_page(const Model& model, const fs::path& file, const fs::path& outpu
   const Snapshot& snapshot = model.snapshot;
   SiteOptions site;
   site.title = title_of(file);
+  site.unit = length_unit_of(read_model_notes(file));
   site.validity = model.validity;
   site.photographs = options.photographs;
   const Tick tick = ticks_of(progress, "page: photographs", site_ticks(snapshot));

@@ -34,12 +34,12 @@ SiteFile text_file(const std::string& name, const std::string& text) {
 
 }  // namespace
 
-ServedModel::ServedModel(SiteServer& server, fs::path model, bool follow)
+ServedModel::ServedModel(SiteServer& server, fs::path model, bool follow, const std::string& unit)
     : server_(server), model_(std::move(model)), follow_(follow), written_(last_written()) {
   const ModelFacts facts = read_model_facts(model_);
   file_ = facts.file;
   const bool is_glb = facts.uris.empty();
-  for (SiteFile& file : page_files(title_of(model_), {is_glb ? kGlbName : kTilesetName, follow})) {
+  for (SiteFile& file : page_files(title_of(model_), {is_glb ? kGlbName : kTilesetName, follow, unit})) {
     server_.add(std::move(file));
   }
   serve();

@@ -16,9 +16,9 @@ namespace lumatlas {
 // Serves a model, and looks whether another one takes its place.
 class ServedModel {
  public:
-  // `follow`: the page asks which version there is. The server must outlive this. Throws InputError where the path is
-  // no model that read_model_facts() takes.
-  ServedModel(SiteServer& server, std::filesystem::path model, bool follow);
+  // `follow`: the page asks which version there is. `unit`: name of the unit of its lengths, if it is known. The server
+  // must outlive this. Throws InputError where the path is no model that read_model_facts() takes.
+  ServedModel(SiteServer& server, std::filesystem::path model, bool follow, const std::string& unit = {});
 
   // Serves the model that is there now, if it was replaced since the last call; a page that already has an earlier one
   // asks for files of it in vain, and takes this one then. Returns whether it did. Throws InputError, once for each bad

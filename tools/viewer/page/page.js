@@ -1,16 +1,18 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The page of a site. For other pages: `openModel(canvas, options)` shows a site's model in a canvas of their own.
 import {parseAddress, printAddress} from './address.js';
-import {Comparison} from './comparing.js';
+import {Comparison} from './over/comparing.js';
 import {button, part} from './elements.js';
 import {interact} from './interaction.js';
 import {Interface, showFailure} from './interface.js';
+import {Marks} from './over/marks.js';
+import {Measuring} from './over/measuring.js';
 import {Panels} from './panels.js';
 import {viewsOf} from './reading/model.js';
 import {boundOfWeight} from './drawing/ranked_references.js';
 import {texelForm} from './drawing/photograph_forms.js';
 import {MEBIBYTE, Viewer, defaultMemory} from './viewer.js';
-/** @import {Overrun, ViewerOptions} from './types.d.ts' */
+/** @import {LengthUnit, Overrun, ViewerOptions} from './types.d.ts' */
 
 export {Viewer, boundOfWeight, texelForm};
 
@@ -163,15 +165,25 @@ function showModel(viewer, page) {
   Object.assign(window, {lumatlasTools: tools});  // for the console
   interact(viewer, () => {
     if (viewer.hasMesh) page.hidePoster();
-    for (const tool of Object.values(tools)) tool.follow();
+    for (const tool of [tools.comparison, tools.marks]) tool.follow();
   });
 }
+
+// The unit of lengths in a model: metres where it has a place on the Earth.
+/** @returns {LengthUnit} */
+const lengthUnit = () => ({name: document.documentElement.dataset.unit ?? 'scene units', length: 1});
 
 // Connects the tools that lie over the picture and follow its camera.
 /** @param {Viewer} viewer */
 function startTools(viewer) {
   new Panels().add({button: button('more'), panel: part('tools'), toggled: () => {}});
-  return {comparison: new Comparison(viewer)};
+  const marks = new Marks(viewer, part('marks'));
+  viewer.finished = () => marks.look();
+  const measuring = new Measuring(viewer, marks, lengthUnit());
+  marks.moved = () => measuring.drawLine();
+  const panels = new Panels();
+  panels.add({button: button('measure'), panel: part('measuring'), toggled: (open) => measuring.turn(open)});
+  return {comparison: new Comparison(viewer), marks, measuring};
 }
 
 /** @param {HTMLCanvasElement} canvas */

@@ -305,6 +305,18 @@ export interface ViewerOptions {
   shaders?: Shaders;         // otherwise the viewer fetches those of the site
 }
 
+// A point of the surface. `deviation`: standard deviation of the surface there, scene units; null: it is not known.
+export interface SurfacePoint {
+  point: Vector;
+  deviation: number | null;
+}
+
+// The unit in which lengths are shown, and how many of them a scene unit is.
+export interface LengthUnit {
+  name: string;
+  length: number;
+}
+
 // The actions of buttons and menus.
 export interface Actions {
   mode(name: string): void;

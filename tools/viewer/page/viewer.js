@@ -90,6 +90,7 @@ export class Viewer {
     this.missing = () => {};     // told in one line what could not be loaded; '': all could be
     /** @type {(lost: boolean) => void} */
     this.gpuLost = () => {};     // told when the GPU has gone, and when it is back
+    this.finished = () => {};    // after the GPU has finished what it was given
     /** @type {(error: Error) => void} */
     this.failed = (error) => console.error(error);
 
@@ -703,6 +704,7 @@ export class Viewer {
     if (of === 'frame') this.sizes.adapt(ms);
     if (of === 'surface') this.sizes.noteSurface(ms);
     if (of === 'frame' || of === 'part') this.sizes.noteTime(ms, pixels);
+    this.finished();
     return false;
   }
 

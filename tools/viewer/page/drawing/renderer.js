@@ -56,6 +56,14 @@ export function partsOf({width, height}, partPx) {
   return parts.sort((a, b) => far(a) - far(b));
 }
 
+// The deviation of each zone's surface, whose upper 16 bits tables have.
+/** @param {Tables} tables */
+function deviationsOf({zones}) {
+  const bits = new Uint32Array(zones.length / 4);
+  for (let zone = 0; zone < bits.length; ++zone) bits[zone] = zones[4 * zone + 3] << 16;
+  return new Float32Array(bits.buffer);
+}
+
 export class Renderer {
   /** @param {WebGL2RenderingContext} gl @param {Scene} scene @param {Shaders} shaders */
   constructor(gl, scene, shaders) {
@@ -81,6 +89,7 @@ export class Renderer {
     /** @type {RankedReferences | null} */
     this.references = null;
     this.boxes = new Float32Array();  // of the mesh's zones
+    this.deviations = new Float32Array();  // of the surface along a ray, scene units, one per zone
     /** @type {Photographs | null} */
     this.photographs = null;
     this.mostBytes = 0;
@@ -140,6 +149,7 @@ export class Renderer {
     for (const table of Object.values(this.tables ?? {})) table.release();
     this.tables = {zones: new Table(gl, tables.zones, 4), cells: new Table(gl, tables.cells, 3)};
     this.references = new RankedReferences(gl, tables, this.boxes);
+    this.deviations = deviationsOf(tables);
   }
 
   // Returns whether the programs for pictures are compiled; starts compiling them.
@@ -568,10 +578,43 @@ export class Renderer {
   // How deep the surface is at a pixel of a target, from its top left; 0: there is none.
   /** @param {SurfaceTarget} target @param {number} x @param {number} y */
   depthAt(target, x, y) {
+    return this.readSurface(target, Math.floor(x), Math.floor(y), 1, 1)[0].depth;
+  }
+
+  // The depths at a pixel and at its neighbours.
+  /** @param {SurfaceTarget} target @param {number} x @param {number} y */
+  depthsAround(target, x, y) {
+    const [left, top] = [Math.max(0, Math.floor(x) - 1), Math.max(0, Math.floor(y) - 1)];
+    const [right, bottom] = [Math.min(target.width, Math.floor(x) + 2), Math.min(target.height, Math.floor(y) + 2)];
+    return this.readSurface(target, left, top, right - left, bottom - top).map(({depth}) => depth);
+  }
+
+  // Returns depth and zone of the surface that a camera of one pixel sees; depth 0: there is none.
+  /** @param {Camera} camera */
+  surfaceOfPixel(camera) {
+    this.setState();
+    this.describe(camera, [1, 1, 1]);
+    const target = this.surfaceTarget('pixel', 1, 1);
+    this.drawSurface(target, false);
+    return this.readSurface(target, 0, 0, 1, 1)[0];
+  }
+
+  /**
+   * @param {SurfaceTarget} target
+   * @param {number} left
+   * @param {number} top
+   * @param {number} width
+   * @param {number} height
+   */
+  readSurface(target, left, top, width, height) {
     const {gl} = this;
-    const texel = new Uint32Array(4);
+    const texels = new Uint32Array(4 * width * height);
     gl.bindFramebuffer(gl.FRAMEBUFFER, target.pass);
-    gl.readPixels(Math.floor(x), target.height - 1 - Math.floor(y), 1, 1, gl.RGBA_INTEGER, gl.UNSIGNED_INT, texel);
-    return texel[0] === NOTHING ? 0 : new Float32Array(texel.buffer, 4, 1)[0];
+    gl.readPixels(left, target.height - top - height, width, height, gl.RGBA_INTEGER, gl.UNSIGNED_INT, texels);
+    const depths = new Float32Array(texels.buffer);
+    return Array.from({length: width * height}, (_, i) => {
+      const zone = texels[4 * i];
+      return {zone, depth: zone === NOTHING ? 0 : depths[4 * i + 1]};
+    });
   }
 }

@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Compares a stored photograph with the model's picture from the same camera: a divider stands between both.
-import {dot, length, poseOf, row, subtract} from './camera.js';
-import {button, element, part} from './elements.js';
-import {FetchFailure} from './reading/fetching.js';
-import {loadPhotograph} from './reading/model.js';
-/** @import {Viewer} from './viewer.js' */
-/** @import {Pose, View} from './types.d.ts' */
+import {dot, length, poseOf, row, subtract} from '../camera.js';
+import {button, element, part} from '../elements.js';
+import {FetchFailure} from '../reading/fetching.js';
+import {loadPhotograph} from '../reading/model.js';
+/** @import {Viewer} from '../viewer.js' */
+/** @import {Pose, View} from '../types.d.ts' */
 
 const AT_PHOTOGRAPH = 1e-3;     // in depths and radians
 const DIVIDER_STEP = 2;      // per cent of the picture's width
