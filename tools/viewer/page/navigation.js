@@ -14,6 +14,8 @@ export class Navigation {
   /** @param {Scene} scene */
   constructor(scene) {
     this.scene = scene;
+    /** @type {Vector | null} */
+    this.ownUp = null;  // upwards in place of what the scene says
     this.up = normalized(scene.up);
     this.typicalDepth = 1;
     this.orbits = false;
@@ -32,9 +34,16 @@ export class Navigation {
   /** @param {Scene} scene */
   follow(scene) {
     this.scene = scene;
-    this.up = normalized(scene.up);
+    this.setUp(this.ownUp);
     this.typicalDepth = scene.inverse_depth > 0 ? 1 / scene.inverse_depth : 1;
     if (!this.chosen) this.orbits = looksAtOneThing(scene);
+  }
+
+  // Sets what is upwards; null: as the scene says.
+  /** @param {Vector | null} up */
+  setUp(up) {
+    this.ownUp = up;
+    this.up = normalized(up ?? this.scene.up);
   }
 
   toggleOrbits() {

@@ -317,6 +317,47 @@ export interface LengthUnit {
   length: number;
 }
 
+// A camera of the owner's file: `turned` is a quaternion x, y, z, w, `fov` the angle from top to bottom, degrees.
+export interface SavedView {
+  position: Vector;
+  turned: number[];
+  fov: number;
+}
+
+// A box outside of which the surface is hidden; its axes are the rows of the rotation that `turned` is.
+export interface CropBox {
+  center: Vector;
+  size: Vector;
+  turned: number[];
+}
+
+export interface HiddenBall {
+  center: Vector;
+  radius: number;
+}
+
+export interface Annotation {
+  point: Vector;
+  title: string;
+  text: string;
+  view: SavedView | null;
+}
+
+// The owner's file beside a model; positions are the model's, null and empty: nothing is said.
+export interface PageFile {
+  title: string;
+  description: string;
+  view: SavedView | null;
+  up: Vector | null;
+  unit: LengthUnit | null;
+  crop: CropBox | null;
+  hidden: HiddenBall[];
+  annotations: Annotation[];
+}
+
+// Says whether a point of the surface is shown.
+export type ShownPart = (x: number, y: number, z: number) => boolean;
+
 // The actions of buttons and menus.
 export interface Actions {
   mode(name: string): void;

@@ -20,7 +20,7 @@ import {SiteFiles} from './reading/site_files.js';
 /** @import {PictureTarget} from './drawing/gl_objects.js' */
 /**
  * @import {
- *   Camera, Layout, LiveState, Mesh, MeshFile, Mode, Overrun, Pose, Scene, Shaders, Size, Tables, TexelForm,
+ *   Camera, Layout, LiveState, Mesh, MeshFile, Mode, Overrun, Pose, Scene, Shaders, ShownPart, Size, Tables, TexelForm,
  *   ViewerOptions
  * } from './types.d.ts'
  */
@@ -101,6 +101,8 @@ export class Viewer {
     this.loading = null;
     this.loadsLater = false;
     this.resident = new Uint32Array();  // for each tile of the scene, 1 or 0
+    /** @type {ShownPart | null} */
+    this.shownPart = null;  // of the surface; null: all of it
     /** @type {{bytes: number, scale: number} | null} */
     this.room = null;  // number of photographs, once it is known
     this.forgetGpu();
@@ -523,6 +525,7 @@ export class Viewer {
     this.forgetGpu();
     this.startGpu();
     this.renders = new Renderer(this.gl, scene, shaders);
+    this.renders.setShownPart(this.shownPart);
     this.quietly(this.load());
   }
 
@@ -644,6 +647,14 @@ export class Viewer {
     this.mode = MODES.find((known) => known === mode) ?? 'picture';
     this.invalidate();
     this.changed();
+  }
+
+  // Shows a part of the surface alone; null: all of it.
+  /** @param {ShownPart | null} part */
+  setShownPart(part) {
+    this.shownPart = part;
+    this.renderer.setShownPart(part);
+    this.invalidate();
   }
 
   /** @param {string} quality */
