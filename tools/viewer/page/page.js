@@ -10,6 +10,7 @@ import {Measuring} from './over/measuring.js';
 import {PageEditor} from './owner/editor.js';
 import {OwnerPage, readPageFile} from './owner/owner_page.js';
 import {Panels} from './panels.js';
+import {KeyFrames} from './path/key_frames.js';
 import {save} from './saving.js';
 import {viewsOf} from './reading/model.js';
 import {boundOfWeight} from './drawing/ranked_references.js';
@@ -158,7 +159,7 @@ function showModel(viewer, page, pageFile) {
   Object.assign(window, {lumatlasTools: tools});  // for the console
   interact(viewer, () => {
     if (viewer.hasMesh) page.hidePoster();
-    for (const tool of [tools.comparison, tools.marks]) tool.follow();
+    for (const tool of [tools.path, tools.comparison, tools.marks]) tool.follow();
   });
 }
 
@@ -175,15 +176,21 @@ function startTools(viewer, pageFile) {
   const measuring = new Measuring(viewer, marks, lengthUnit());
   const owner = new OwnerPage(viewer, marks, measuring, pageFile);
   const editor = new PageEditor(viewer, owner);
+  const path = new KeyFrames(viewer);
   marks.moved = () => {
     measuring.drawLine();
+    path.drawLine();
     editor.follow();
   };
   const panels = new Panels();
   panels.add({button: button('about'), panel: part('about-panel'), toggled: () => {}});
+  owner.annotations.opening = () => {
+    if (!part('about-panel').hidden) panels.closeAll();
+  };
+  panels.add({button: button('path'), panel: part('pathing'), toggled: (open) => path.turn(open)});
   panels.add({button: button('edit'), panel: part('editing'), toggled: (open) => editor.turn(open)});
   panels.add({button: button('measure'), panel: part('measuring'), toggled: (open) => measuring.turn(open)});
-  return {comparison: new Comparison(viewer), marks, measuring, owner, editor};
+  return {comparison: new Comparison(viewer), marks, measuring, path, owner, editor};
 }
 
 /** @param {HTMLCanvasElement} canvas */

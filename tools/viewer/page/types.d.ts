@@ -92,6 +92,7 @@ export interface SurfaceProperties {
   far?: {mesh: number, cells: number};
   coarse?: number;
   origin?: Vector;
+  offset?: Vector;
   guestCells?: number;
 }
 
@@ -225,6 +226,7 @@ export interface Mesh {
   corners: Uint32Array<ArrayBuffer>;
   counts: number[];
   behind: number;  // how many of the corners, the last, are drawn a little behind the others
+  offset?: Vector;  // of the input's positions from these, of a mesh that says it
 }
 
 export interface Tables {
@@ -353,6 +355,18 @@ export interface PageFile {
   crop: CropBox | null;
   hidden: HiddenBall[];
   annotations: Annotation[];
+}
+
+// A camera's place on a path: the quaternion x, y, z, w gives camera from world, `fov` is horizontal, degrees.
+export interface Vantage {
+  position: Vector;
+  turned: number[];
+  fov: number;
+}
+
+export interface KeyFrame {
+  time: number;  // seconds
+  vantage: Vantage;
 }
 
 // Says whether a point of the surface is shown.

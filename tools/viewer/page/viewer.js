@@ -21,7 +21,7 @@ import {SiteFiles} from './reading/site_files.js';
 /**
  * @import {
  *   Camera, Layout, LiveState, Mesh, MeshFile, Mode, Overrun, Pose, Scene, Shaders, ShownPart, Size, Tables, TexelForm,
- *   ViewerOptions
+ *   Vector, ViewerOptions
  * } from './types.d.ts'
  */
 
@@ -100,6 +100,8 @@ export class Viewer {
     /** @type {Promise<void> | null} */
     this.loading = null;
     this.loadsLater = false;
+    /** @type {Vector} */
+    this.offset = [0, 0, 0];  // input position = position in the model + offset
     this.resident = new Uint32Array();  // for each tile of the scene, 1 or 0
     /** @type {ShownPart | null} */
     this.shownPart = null;  // of the surface; null: all of it
@@ -389,6 +391,7 @@ export class Viewer {
   /** @param {Mesh} mesh @param {string} file */
   takeMesh(mesh, file) {
     this.renderer.setMesh(mesh);
+    this.offset = mesh.offset ?? this.offset;
     this.residents.forget();  // depths are drawn from the mesh
     this.meshFile = file;
     this.hasMesh = true;

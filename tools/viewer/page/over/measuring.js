@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Measures the distance between two points of the surface that the visitor clicks.
 import {add, length, subtract, times} from '../camera.js';
-import {button, part} from '../elements.js';
+import {button, part, pathElement} from '../elements.js';
 import {SurfaceTaps} from './surface_taps.js';
 /** @import {Mark, Marks} from './marks.js' */
 /** @import {Viewer} from '../viewer.js' */
@@ -45,9 +45,7 @@ export class Measuring {
     this.shown = [];
     /** @type {Mark | null} */
     this.label = null;
-    const line = document.getElementById('measured-line');
-    if (!(line instanceof SVGElement)) throw new Error('the page has no line for lengths');
-    this.line = line;
+    this.line = pathElement('measured-line');
     button('measure-anew').addEventListener('click', () => this.clear());
   }
 

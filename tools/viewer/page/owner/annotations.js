@@ -20,6 +20,7 @@ export class Annotations {
     this.all = [];
     /** @type {Mark[]} */
     this.shown = [];
+    this.opening = () => {};  // before the text of one is shown
     this.opened = -1;  // number of the one whose text is open; -1: none
     button('annotation-before').addEventListener('click', () => this.open(this.opened - 1));
     button('annotation-after').addEventListener('click', () => this.open(this.opened + 1));
@@ -66,6 +67,7 @@ export class Annotations {
     const count = this.all.length;
     if (count === 0) return;
     const wasOpen = this.opened >= 0;
+    this.opening();
     this.opened = (number + count) % count;
     const annotation = this.all[this.opened];
     part('annotation-title').textContent = annotation.title;

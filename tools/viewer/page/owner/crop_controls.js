@@ -1,15 +1,15 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Sliders for a box that crops the surface, and its outline in the picture. The box stands upright.
 import {add, dot, lookingAlong, quaternionOf, rotationOf, row, times, turned} from '../camera.js';
-import {element, part} from '../elements.js';
+import {element, part, pathElement} from '../elements.js';
 import {projected} from '../over/surface_points.js';
 /** @import {Viewer} from '../viewer.js' */
 /** @import {CropBox, Rotation, Vector} from '../types.d.ts' */
 
 const SIDES = ['Left', 'Right', 'Bottom', 'Top', 'Back', 'Front'];  // least and most along each axis
 const STEPS = 200;           // of a slider
-const OUTLIERS = 0.01;       // share of vertices beyond a box's range at each side
-const AROUND = 0.05;         // share of the range, around it
+const OUTLIERS = 0.002;      // share of vertices beyond a box's range at each side
+const AROUND = 0.15;         // share of the range, around it
 const SAMPLES = 20000;       // vertices that the range is found of
 
 /** @typedef {{rotation: Rotation, ranges: [number, number][]}} CropFrame */
@@ -66,9 +66,7 @@ export class CropControls {
     part('crop-sliders').prepend(...this.sliders.map((slider) => /** @type {HTMLElement} */ (slider.parentElement)));
     this.on.addEventListener('change', () => this.toggle());
     this.turn.addEventListener('input', () => this.take());
-    const outline = document.getElementById('crop-outline');
-    if (!(outline instanceof SVGElement)) throw new Error('the page has no outline for a box');
-    this.outline = outline;
+    this.outline = pathElement('crop-outline');
   }
 
   // Shows a box of the owner's file.

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Lets the owner edit page.json in the page, and hands it out as a download. The model is not touched.
 import {quaternionOf, row, times} from '../camera.js';
-import {button, element, part} from '../elements.js';
+import {actionButton, button, element, part} from '../elements.js';
 import {SurfaceTaps} from '../over/surface_taps.js';
 import {save} from '../saving.js';
 import {CropControls} from './crop_controls.js';
@@ -13,15 +13,6 @@ import {PAGE_FILE_NAME, PageFileError, parsePageFile, printPageFile} from './pag
 const BALL_SHARE = 0.05;      // first radius of a hidden part, by the typical depth
 const LARGEST_BALL = 1;       // largest, by the typical depth
 const BALL_STEPS = 200;
-
-/** @param {string} text @param {() => void} clicked */
-function actionButton(text, clicked, label = text) {
-  const made = document.createElement('button');
-  made.textContent = text;
-  made.setAttribute('aria-label', label);
-  made.addEventListener('click', clicked);
-  return made;
-}
 
 export class PageEditor {
   /** @param {Viewer} viewer @param {OwnerPage} page */
@@ -175,7 +166,8 @@ export class PageEditor {
     const buttons = document.createElement('div');
     buttons.className = 'row';
     buttons.append(
-        actionButton('See it from here', () => this.changeAnnotation(i, {view: this.savedView()})),
+        actionButton('Set view', () => this.changeAnnotation(i, {view: this.savedView()}),
+                     `Show annotation ${i + 1} from here`),
         actionButton('↑', () => this.moveAnnotation(i), `Move annotation ${i + 1} up`),
         actionButton('Delete', () => this.deleteAnnotation(i), `Delete annotation ${i + 1}`));
     entry.append(title, text, buttons);
