@@ -63,6 +63,7 @@ TEST_CASE("the page shows what its owner says: title, first view, annotations, a
   CHECK(said.at("flown") == "0.000000");
   CHECK(said.at("looks-there") == "1.0000 true");
   CHECK(said.at("closed") == "true");
+  CHECK(said.at("first-again") == "0.000000 55");
   CHECK(said.at("cropped") == "true true true true");
   CHECK(said.at("groups") == "true");
 }
@@ -72,6 +73,7 @@ TEST_CASE("an owner edits the page, saves the file, and reads it again") {
   if (said.empty()) return;
   REQUIRE(said.contains("hidden-share"));
   CHECK(said.at("uncluttered") == "true true true");
+  CHECK(said.at("no-help") == "false");
   CHECK(said.at("bad-unit") == "The length of a scene unit must be a number above 0. null");
   CHECK(said.at("asks") == "Click the point of the surface that you want to annotate.");
   CHECK(said.at("annotated") == "1 false Annotation 1");

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The tools of the page: comparing with photographs, measuring, camera paths.
+// The tools of the page: comparing with photographs, measuring, camera paths, gamepads.
 #include <catch2/catch.hpp>
 #include <glm/glm.hpp>
 #include <glm/gtc/quaternion.hpp>
@@ -76,6 +76,15 @@ TEST_CASE("a distance between two points has the surface's deviation, and its ma
   CHECK(said.at("nothing") == "There is no surface. 2");
   CHECK(said.at("cleared") == "Click a point of the surface. 0");
   CHECK(said.at("closed") == "true false ");
+}
+
+TEST_CASE("a gamepad moves and turns the camera, and a link to the view is copied") {
+  const Said said = said_by_tools("plays");
+  if (said.empty()) return;
+  REQUIRE(said.contains("copied"));
+  CHECK(said.at("moves") == "0,0,1 false | 1,0,0 false | 0,0,0 true | 0,1,0 false");
+  CHECK(said.at("rests") == "true");
+  CHECK(said.at("copied") == "true");
 }
 
 TEST_CASE("a camera's path that the page plays is the one that `render --path` reads from its file") {

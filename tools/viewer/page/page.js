@@ -33,6 +33,11 @@ export async function openModel(canvas, options) {
   return {viewer, loaded: viewer.load(), close: () => viewer.close()};
 }
 
+/** @param {Viewer} viewer */
+function writeAddress({navigation, mode}) {
+  history.replaceState(null, '', printAddress({pose: navigation.pose, fov: navigation.fov, mode}));
+}
+
 // Address and view follow each other, without an entry in the history for each movement.
 /** @param {Viewer} viewer @param {Interface} page */
 function linkAddress(viewer, page) {
@@ -47,8 +52,7 @@ function linkAddress(viewer, page) {
   let timer = 0;
   const write = () => {
     timer = 0;
-    const {navigation, mode} = viewer;
-    history.replaceState(null, '', printAddress({pose: navigation.pose, fov: navigation.fov, mode}));
+    writeAddress(viewer);
   };
   read(location.href);
   viewer.changed = () => {
@@ -89,6 +93,7 @@ function connect(viewer) {
     },
     save: async () => save(await viewer.screenshot(), 'lumatlas.png'),
     memory: () => memoryLine(viewer),
+    writeAddress: () => writeAddress(viewer),
     hold: () => {
       const {hold} = viewer.navigation;
       hold.on = !hold.on;
@@ -175,6 +180,7 @@ function startTools(viewer, pageFile) {
   viewer.finished = () => marks.look();
   const measuring = new Measuring(viewer, marks, lengthUnit());
   const owner = new OwnerPage(viewer, marks, measuring, pageFile);
+  button('first-view').addEventListener('click', () => owner.flyToFirstView());
   const editor = new PageEditor(viewer, owner);
   const path = new KeyFrames(viewer);
   marks.moved = () => {

@@ -380,6 +380,7 @@ export interface Actions {
   save(): void;
   walk(): void;
   hold(): void;
+  writeAddress(): void;  // the view, into the page's address
   memory(): string;  // a line about the GPU's memory
 }
 

@@ -67,4 +67,13 @@ export class OwnerPage {
     const {view} = this.file;
     if (view) this.viewer.navigation.set(poseOfSaved(view), view.fov);
   }
+
+  // Flies to the owner's first view; without one, to the model's.
+  flyToFirstView() {
+    const {view} = this.file;
+    const {navigation, scene, canvas} = this.viewer;
+    const place = view ? {pose: poseOfSaved(view), fov: view.fov} :
+      navigation.poseOfView(scene.first_view, canvas.width, canvas.height);
+    if (place) navigation.goTo(place.pose, place.fov, performance.now());
+  }
 }
