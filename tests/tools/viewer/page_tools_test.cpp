@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The tools of the page: comparing with photographs, measuring, camera paths, gamepads.
+// The tools of the page: comparing with photographs, measuring, camera paths, gamepads, walking.
 #include <catch2/catch.hpp>
 #include <glm/glm.hpp>
 #include <glm/gtc/quaternion.hpp>
@@ -85,6 +85,16 @@ TEST_CASE("a gamepad moves and turns the camera, and a link to the view is copie
   CHECK(said.at("moves") == "0,0,1 false | 1,0,0 false | 0,0,0 true | 0,1,0 false");
   CHECK(said.at("rests") == "true");
   CHECK(said.at("copied") == "true");
+}
+
+TEST_CASE("a visitor who walks stays at eye height and stops before a wall") {
+  const Said said = said_by_tools("walks");
+  if (said.empty()) return;
+  REQUIRE(said.contains("ends"));
+  CHECK(said.at("begins") == "true false true");
+  CHECK(said.at("stops") == "true true true true");
+  CHECK(said.at("height") == "true");
+  CHECK(said.at("ends") == "true");
 }
 
 TEST_CASE("a camera's path that the page plays is the one that `render --path` reads from its file") {

@@ -27,6 +27,8 @@ export class Navigation {
     this.depth = this.typicalDepth;  // distance of the point that movements are about
     /** @type {{from: Pose, fromFov: number, to: Pose, toFov: number, start: number, ms: number} | null} */
     this.jump = null;
+    /** @type {((from: Vector, to: Vector) => Vector) | null} */
+    this.guard = null;  // says where a movement leads, of those that go sideways or forward
     this.hold = new Hold(scene.photographed.share, this.typicalDepth, () => this.nearestPhotograph());
   }
 
@@ -147,12 +149,17 @@ export class Navigation {
     this.step({position, rotation});
   }
 
+  /** @param {Vector} position */
+  guarded(position) {
+    return this.guard ? this.guard(this.pose.position, position) : position;
+  }
+
   // In the camera's directions, in units of what it looks at.
   /** @param {number} right @param {number} down @param {number} forward */
   move(right, down, forward) {
     this.jump = null;
     const step = worldFromCam(this.pose.rotation, times([right, down, forward], this.depth));
-    this.step({...this.pose, position: add(this.pose.position, step)});
+    this.step({...this.pose, position: this.guarded(add(this.pose.position, step))});
   }
 
   // Towards what a ray meets, by a share of the way.
@@ -162,7 +169,7 @@ export class Navigation {
     const way = depth > 0 ? depth : this.depth;
     const nearest = this.typicalDepth * 0.02;
     const step = Math.min(share * way, way - nearest);
-    const position = add(this.pose.position, worldFromCam(this.pose.rotation, ray), step);
+    const position = this.guarded(add(this.pose.position, worldFromCam(this.pose.rotation, ray), step));
     this.depth = Math.max(this.depth - step * this.step({...this.pose, position}), nearest);
   }
 

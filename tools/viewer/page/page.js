@@ -16,6 +16,7 @@ import {viewsOf} from './reading/model.js';
 import {boundOfWeight} from './drawing/ranked_references.js';
 import {texelForm} from './drawing/photograph_forms.js';
 import {MEBIBYTE, Viewer, defaultMemory} from './viewer.js';
+import {Walking} from './walking.js';
 /** @import {LengthUnit, Overrun, PageFile, ViewerOptions} from './types.d.ts' */
 
 export {Viewer, boundOfWeight, texelForm};
@@ -159,6 +160,11 @@ function showModel(viewer, page, pageFile) {
   page.showHold(viewer.navigation.hold.on);
   page.showModel();
   const tools = startTools(viewer, pageFile);
+  button('walking').addEventListener('click', () => {
+    tools.walking.turn(!tools.walking.isOn);
+    button('walking').setAttribute('aria-pressed', String(tools.walking.isOn));
+    page.showOrbits(viewer.navigation.orbits);
+  });
   tools.owner.goToFirstView();
   linkAddress(viewer, page);
   Object.assign(window, {lumatlasTools: tools});  // for the console
@@ -196,7 +202,7 @@ function startTools(viewer, pageFile) {
   panels.add({button: button('path'), panel: part('pathing'), toggled: (open) => path.turn(open)});
   panels.add({button: button('edit'), panel: part('editing'), toggled: (open) => editor.turn(open)});
   panels.add({button: button('measure'), panel: part('measuring'), toggled: (open) => measuring.turn(open)});
-  return {comparison: new Comparison(viewer), marks, measuring, path, owner, editor};
+  return {comparison: new Comparison(viewer), marks, measuring, path, owner, editor, walking: new Walking(viewer)};
 }
 
 /** @param {HTMLCanvasElement} canvas */
