@@ -10,7 +10,11 @@
 
 namespace lumatlas {
 
+namespace {
+
 namespace fs = std::filesystem;
+
+}  // namespace
 
 fs::path page_file_of(const fs::path& model) {
   const fs::path whole = (fs::absolute(model) / "").lexically_normal().parent_path();
