@@ -22,10 +22,10 @@ struct BlockFacts {
   double total_ms = 0;
 };
 
-// Makes the block of that number and puts it, in one step, into block_folder(): a model of the surfaces that the job reads, whose cells
-// outside of the block have no references. `plan` is that of the folder. Photographs are planned and stored as `build`
-// does; their poses and gains are the plan's. The same bytes whatever other jobs do. Throws as build_model(), and
-// std::invalid_argument for a block that the plan has not.
+// Makes the block of that number and puts it, in one step, into block_folder(): a model of the surfaces that the job
+// reads, whose cells outside of the block have no references. `plan` is that of the folder. Photographs are planned and
+// stored as `build` does; their poses and gains are the plan's. The same bytes whatever other jobs do. Throws as
+// build_model(), and std::invalid_argument for a block that the plan has not.
 BlockFacts build_block(const std::filesystem::path& folder, const CityPlan& plan, std::size_t number,
                        const BuildCallback& callback);
 

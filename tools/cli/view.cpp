@@ -9,6 +9,7 @@
 #include "tools/base/process/interrupt.h"
 #include "tools/cli/commands.h"
 #include "tools/cli/output/print_address.h"
+#include "tools/pipeline/output/model_output.h"
 #include "tools/viewer/model_files.h"
 #include "tools/viewer/open_browser.h"
 #include "tools/viewer/site_server.h"
@@ -63,7 +64,7 @@ class Watch {
 
 void run(const ViewFlags& flags) {
   SiteServer server(flags.server);
-  ServedModel model(server, flags.model, flags.follow);
+  ServedModel model(server, flags.model, flags.follow, length_unit_of(read_model_notes(flags.model)));
   show(flags, server);
   Watch watch(model, flags.quiet);
   server.serve([&watch] { return watch.look(); });

@@ -19,6 +19,7 @@
 #include "tools/pipeline/refinement/lens_notes.h"
 #include "tools/scene/geo_reference.h"
 #include "tools/texture/write_textured_mesh.h"
+#include "tools/viewer/page_file.h"
 
 namespace lumatlas {
 
@@ -106,6 +107,8 @@ json export_page(const Model& model, const fs::path& file, const fs::path& outpu
   const Snapshot& snapshot = model.snapshot;
   SiteOptions site;
   site.title = title_of(file);
+  site.unit = length_unit_of(read_model_notes(file));
+  site.page_file = read_page_file(file);
   site.validity = model.validity;
   site.photographs = options.photographs;
   const Tick tick = ticks_of(progress, "page: photographs", site_ticks(snapshot));

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "atlas/model/model_file.h"
+#include "tools/viewer/page_file.h"
 #include "tools/viewer/site.h"
 
 namespace lumatlas {
@@ -34,15 +35,26 @@ SiteFile text_file(const std::string& name, const std::string& text) {
 
 }  // namespace
 
-ServedModel::ServedModel(SiteServer& server, fs::path model, bool follow)
+ServedModel::ServedModel(SiteServer& server, fs::path model, bool follow, const std::string& unit)
     : server_(server), model_(std::move(model)), follow_(follow), written_(last_written()) {
   const ModelFacts facts = read_model_facts(model_);
   file_ = facts.file;
   const bool is_glb = facts.uris.empty();
-  for (SiteFile& file : page_files(title_of(model_), {is_glb ? kGlbName : kTilesetName, follow})) {
+  for (SiteFile& file : page_files(title_of(model_), {is_glb ? kGlbName : kTilesetName, follow, unit, true})) {
     server_.add(std::move(file));
   }
+  server_.add(text_file(kPageFileName, "{}"));
+  serve_page_file();
   serve();
+}
+
+void ServedModel::serve_page_file() {
+  const fs::path file = page_file_of(model_);
+  std::error_code missing;
+  const bool is_there = fs::is_regular_file(file, missing);
+  if (is_there == has_page_file_) return;
+  has_page_file_ = is_there;
+  server_.add(is_there ? SiteFile{kPageFileName, "application/json", {}, file} : text_file(kPageFileName, "{}"));
 }
 
 fs::file_time_type ServedModel::last_written() const {
@@ -52,6 +64,7 @@ fs::file_time_type ServedModel::last_written() const {
 }
 
 bool ServedModel::refresh() {
+  serve_page_file();
   const auto written = last_written();
   if (written == written_) return false;
   written_ = written;

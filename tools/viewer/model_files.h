@@ -13,12 +13,12 @@
 
 namespace lumatlas {
 
-// Serves a model, and looks whether another one takes its place.
+// Serves a model with its owner's file, and looks whether another one takes its place.
 class ServedModel {
  public:
-  // `follow`: the page asks which version there is. The server must outlive this. Throws InputError where the path is
-  // no model that read_model_facts() takes.
-  ServedModel(SiteServer& server, std::filesystem::path model, bool follow);
+  // `follow`: the page asks which version there is. `unit`: name of the unit of its lengths, if it is known. The server
+  // must outlive this. Throws InputError where the path is no model that read_model_facts() takes.
+  ServedModel(SiteServer& server, std::filesystem::path model, bool follow, const std::string& unit = {});
 
   // Serves the model that is there now, if it was replaced since the last call; a page that already has an earlier one
   // asks for files of it in vain, and takes this one then. Returns whether it did. Throws InputError, once for each bad
@@ -28,11 +28,14 @@ class ServedModel {
  private:
   [[nodiscard]] std::filesystem::file_time_type last_written() const;
   void serve();
+  // Serves the owner's file as it is now, an empty one if there is none.
+  void serve_page_file();
 
   SiteServer& server_;
   std::filesystem::path model_, file_;  // as it was given; its main file
   bool follow_;
   std::filesystem::file_time_type written_;
+  bool has_page_file_ = false;
   std::uint64_t version_ = 0;
   std::vector<std::string> names_;  // of the files that are served
 };

@@ -26,6 +26,7 @@
 #include "tools/picture/paths/kept_path.h"
 #include "tools/viewer/base64.h"
 #include "tools/viewer/page_assets.h"
+#include "tools/viewer/page_file.h"
 
 namespace lumatlas {
 
@@ -298,18 +299,41 @@ SiteFile script_file() {
   return {"viewer.js", "text/javascript; charset=utf-8", bytes_of_text(k_page_script)};
 }
 
-// Returns the files that a browser asks for when it opens index.html. All but index.html are named by content.
-std::vector<SiteFile> lasting_page_files(const std::string& title) {
+// The part of the <html> element that names the unit of lengths.
+std::string unit_attribute(const std::string& unit) {
+  return unit.empty() ? "" : " data-unit=\"" + html_escaped(unit) + "\"";
+}
+
+// The part of the <html> element that names the owner's file.
+std::string page_file_attribute() {
+  return std::string(" data-page-file=\"") + kPageFileName + "\"";
+}
+
+SiteFile owners_file(const std::string& text) {
+  return {kPageFileName, "application/json", bytes_of_text(text)};
+}
+
+// The parts of the <html> element of a site that say what its owner and its notes say.
+std::string attributes_of(const SiteOptions& options) {
+  return unit_attribute(options.unit) + (options.page_file.empty() ? "" : page_file_attribute());
+}
+
+// Returns the files that a browser asks for when it opens index.html. All but index.html and the
+// owner's file are named by content.
+std::vector<SiteFile> lasting_page_files(const SiteOptions& options) {
   std::vector<SiteFile> files{named_by_content(style_file()), named_by_content(script_file()),
                               named_by_content(shaders_file())};
   const std::string shaders = " data-shaders=\"" + files[2].name + "\"";
-  files.insert(files.begin(), index_file(title, files[0].name, files[1].name, shaders));
+  files.insert(files.begin(),
+               index_file(options.title, files[0].name, files[1].name, shaders + attributes_of(options)));
+  if (!options.page_file.empty()) files.push_back(owners_file(options.page_file));
   return files;
 }
 
 // The part of the <html> element that says what the page shows.
 std::string attributes_of(const ShownModel& shown) {
-  const std::string model = " data-model=\"" + html_escaped(shown.file) + "\"";
+  const std::string model = " data-model=\"" + html_escaped(shown.file) + "\"" + unit_attribute(shown.unit) +
+                            (shown.page_file ? page_file_attribute() : "");
   return shown.live ? model + " data-live=\"live.json\"" : model;
 }
 
@@ -335,7 +359,7 @@ SiteFacts write_site(const Snapshot& snapshot, const SiteOptions& options, const
     }
     return bytes;
   };
-  const std::uint64_t page_bytes = put_all(lasting_page_files(options.title));
+  const std::uint64_t page_bytes = put_all(lasting_page_files(options));
   const std::uint64_t other_page_bytes = put_all({script_file(), shaders_file()});
   SiteFacts facts = writer.write();
   facts.page_bytes = page_bytes;
@@ -361,8 +385,8 @@ std::string title_of(const std::filesystem::path& model) {
 }
 
 SiteFacts write_one_page(std::ostream& file, const Snapshot& snapshot, const SiteOptions& options, const Tick& tick) {
-  const PageHtml html =
-      page_html(options.title, kOnePagePolicy, "<style>\n" + std::string(k_page_style) + "</style>", "");
+  const PageHtml html = page_html(options.title, kOnePagePolicy, "<style>\n" + std::string(k_page_style) + "</style>",
+                                  attributes_of(options));
   const std::string end = "<script type=\"module\">\n" + std::string(k_page_script) + "</script>" + html.after;
   file << html.before;
   std::uint64_t page_bytes = html.before.size() + end.size();
@@ -375,6 +399,10 @@ SiteFacts write_one_page(std::ostream& file, const Snapshot& snapshot, const Sit
   const SiteFile shaders = shaders_file();
   page_bytes += shaders.bytes.size();
   put(shaders);
+  if (!options.page_file.empty()) {
+    page_bytes += options.page_file.size();
+    put(owners_file(options.page_file));
+  }
   std::map<std::string, SiteFile> parts;  // by their names, for the same bytes each time
   SiteFacts facts = SiteWriter(
                         snapshot, options,

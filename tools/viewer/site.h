@@ -26,6 +26,8 @@ inline constexpr const char* kSiteGenerator = "lumatlas export --to web";
 
 struct SiteOptions {
   std::string title = "lumatlas";
+  std::string unit;       // name of the unit of the model's lengths; empty: not known
+  std::string page_file;  // JSON of the owner's file (page_file.h); empty: there is none
   ImageCoding photographs{ImageFormat::jpeg, 90};
   ValidityOptions validity;                             // that the views' masks were made with
   std::uint32_t most_side_px = kMostSidePx;             // photographs with a longer side are scaled, all alike
@@ -36,6 +38,8 @@ struct SiteOptions {
 struct ShownModel {
   std::string file = "tileset.json";  // relative to the page: tileset.json or a .glb
   bool live = false;                  // the page asks again and again which version there is: see live_site.h
+  std::string unit{};                 // name of the unit of the model's lengths; empty: not known
+  bool page_file = false;             // the page asks for the owner's file (page_file.h)
 };
 
 struct SiteFile {

@@ -48,7 +48,7 @@ void write_as_opensfm(const fs::path& folder) {
       << json::array({{{"cameras", cameras}, {"shots", shots}, {"reference_lla", place}}});
 }
 
-TEST_CASE("an OpenSfM scene's place on the Earth is in exports in its axes, and in no other") {
+TEST_CASE("an OpenSfM scene's place on the Earth is in exports in its axes, and its unit in pages") {
   const TemporaryFolder folder;
   write_as_opensfm(folder.path());
   const std::string model = (folder / "model").string();
@@ -72,6 +72,8 @@ TEST_CASE("an OpenSfM scene's place on the Earth is in exports in its axes, and 
   CHECK(exported("gltf", "upright", {}).is_null());
   const json upright = json::parse(bytes_of(folder / "upright" / "scene.gltf"))["nodes"][0];
   CHECK_FALSE(upright.value("extras", json::object()).contains("georeference"));
+  (void)exported("web", "page", {});
+  CHECK_THAT(bytes_of(folder / "page" / "index.html"), Catch::Contains(" data-unit=\"m\""));
 }
 
 }  // namespace

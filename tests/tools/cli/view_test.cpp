@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <catch2/catch.hpp>
+#include <filesystem>
 
 #include "tests/tools/cli/program.h"
 #include "tests/tools/cli/run_program.h"
@@ -40,6 +41,21 @@ TEST_CASE("view refuses a host that this machine is not") {
   check_failure(
       lumatlas({"view", made().model, "--no-browser", "--quiet", "--host", "no-such-host.invalid"}, [] { alarm(60); }),
       "no-such-host.invalid: cannot be listened at");
+}
+
+TEST_CASE("a page that is exported has the owner's file that stands beside the model") {
+  const TemporaryFolder folder;
+  std::filesystem::create_directory_symlink(made().model, folder / "room");
+  (void)folder.with_file("room.page.json", R"({"title": "A room"})");
+  const auto exported = [&](const char* output) {
+    return lumatlas({"export", (folder / "room").string(), "--to", "web", "-o", (folder / output).string(), "--quiet"});
+  };
+  REQUIRE(exported("site").status == 0);
+  CHECK_THAT(bytes_of(folder / "site" / "page.json"), Catch::Contains("A room"));
+  CHECK_THAT(bytes_of(folder / "site" / "index.html"), Catch::Contains(" data-page-file=\"page.json\""));
+  (void)folder.with_file("room.page.json", "{\"title\": ");
+  check_failure(exported("page.html"), "room.page.json");
+  CHECK_FALSE(std::filesystem::exists(folder / "page.html"));
 }
 
 }  // namespace

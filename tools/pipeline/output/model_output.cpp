@@ -10,6 +10,7 @@
 #include "mesh/base/errors.h"
 #include "tools/base/process/interrupt.h"
 #include "tools/base/strict_json.h"
+#include "tools/scene/geo_reference.h"
 
 namespace lumatlas {
 
@@ -66,6 +67,10 @@ ModelNotes read_model_notes(const fs::path& model) {
   if (extras.contains("options")) return {object_in(extras, "options"), object_in(extras, "plan")};
   const fs::path folder = fs::is_directory(model) ? model : model.parent_path();
   return {object_in(object_of_file(folder / kMarkerFile), "options"), object_of_file(folder / kPlanFile)};
+}
+
+std::string length_unit_of(const ModelNotes& notes) {
+  return geo_reference_of(object_in(notes.plan, "georeference")) ? "m" : "";
 }
 
 std::optional<HoldOut> hold_out_of(const ModelNotes& notes, const fs::path& model) {

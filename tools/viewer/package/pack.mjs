@@ -8,8 +8,8 @@ import {cpSync, mkdirSync, readFileSync, readdirSync, rmSync, writeFileSync} fro
 import {dirname, join} from 'node:path';
 import {fileURLToPath} from 'node:url';
 
-// What only the page of a site has.
-const NOT_IN_PACKAGE = ['page.js', 'interface.js'];
+// Modules and folders that only the page of a site has.
+const NOT_IN_PACKAGE = ['page.js', 'interface.js', 'elements.js', 'panels.js', 'saving.js', 'walking.js', 'over', 'owner', 'path'];
 const FILES = ['README.md', 'index.d.ts', 'three.d.ts'];
 
 const [program, folder] = process.argv.slice(2);
@@ -26,9 +26,10 @@ const asPacked = (text) => text.replaceAll("'../page/", "'./page/").replace(/\n 
 function copyScripts(from, to) {
   mkdirSync(to, {recursive: true});
   for (const entry of readdirSync(from, {withFileTypes: true})) {
+    if (NOT_IN_PACKAGE.includes(entry.name)) continue;
     const [source, target] = [join(from, entry.name), join(to, entry.name)];
     if (entry.isDirectory() && entry.name !== 'examples') copyScripts(source, target);
-    if (!entry.name.endsWith('.js') || NOT_IN_PACKAGE.includes(entry.name)) continue;
+    if (!entry.name.endsWith('.js')) continue;
     writeFileSync(target, asPacked(readFileSync(source, 'utf8')));
   }
 }

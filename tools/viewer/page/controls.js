@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Mouse, touch and keyboard as movements.
+// Mouse, touch, keyboard and gamepad as movements.
 import {normalized} from './camera.js';
+import {advanceByGamepad} from './gamepad.js';
 /** @import {Navigation} from './navigation.js' */
 /** @import {Vector} from './types.d.ts' */
 
@@ -149,11 +150,12 @@ export class Controls {
     this.moved();
   }
 
-  // Moves by the keys that are held, for a time; if nothing is held or touched, by the hold. Returns false if nothing
-  // moves.
+  // Moves by the keys and the gamepad that are held, for a time; if nothing is held or touched, by the hold. Returns
+  // false if nothing moves.
   /** @param {number} seconds */
   advance(seconds) {
     const step = Math.min(seconds, LONGEST_STEP_S);
+    if (advanceByGamepad(this.navigation, step)) return true;
     if (this.keys.size === 0) return this.pointers.size === 0 && this.navigation.relax(step);
     /** @type {[number, number, number]} */
     const move = [0, 0, 0];

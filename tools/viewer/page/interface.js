@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The elements around the picture: progress, buttons, thumbnails, legend, messages.
+import {button, element, part} from './elements.js';
 /** @import {SiteFiles} from './reading/site_files.js' */
 /** @import {Actions, Mode, Scene, View} from './types.d.ts' */
 
@@ -12,25 +13,10 @@ const LEGENDS = {
   colours: 'The mean of all photographs, as any other program shows it.',
 };
 
-/**
- * @template {HTMLElement} T
- * @param {string} id
- * @param {new () => T} type
- * @returns {T}
- */
-function element(id, type) {
-  const found = document.getElementById(id);
-  if (!(found instanceof type)) throw new Error(`the page has no ${type.name} "${id}"`);
-  return found;
-}
-
-/** @param {string} id */
-const button = (id) => element(id, HTMLButtonElement);
-/** @param {string} id */
-const part = (id) => element(id, HTMLElement);
-
 // Buttons that need a model.
-const OF_A_MODEL = ['walk', 'hold', 'save'];
+const OF_A_MODEL = ['walk', 'hold', 'save', 'more'];
+
+const LINK_TOLD_MS = 2500;  // how long a button says that the link is copied
 
 const GPU_LOST =
     'The browser has taken the GPU away. The picture comes back with it; if it does not, load the page again.';
@@ -48,13 +34,15 @@ export class Interface {
     button('walk').addEventListener('click', () => actions.walk());
     button('hold').addEventListener('click', () => actions.hold());
     button('full').addEventListener('click', () => this.toggleFullScreen());
+    button('link').addEventListener('click', () => this.copyLink());
     button('views').addEventListener('click', () => this.toggleThumbnails());
     button('help').addEventListener('click', () => this.showHelp());
     button('understood').addEventListener('click', () => {
       part('notice').hidden = true;
     });
     addEventListener('keydown', (event) => {
-      if (event.key === '?' && !event.ctrlKey && !event.metaKey && !event.altKey) this.showHelp();
+      const writes = event.target instanceof HTMLElement && event.target.matches('input, textarea');
+      if (event.key === '?' && !writes && !event.ctrlKey && !event.metaKey && !event.altKey) this.showHelp();
     });
     button('full').hidden = !document.fullscreenEnabled;
   }
@@ -73,6 +61,22 @@ export class Interface {
   toggleFullScreen() {
     if (document.fullscreenElement) return document.exitFullscreen();
     return document.documentElement.requestFullscreen().catch(() => {});  // the browser may say no
+  }
+
+  // Copies the address of this view, where the browser lets it.
+  async copyLink() {
+    const shown = button('link');
+    const words = shown.textContent;
+    this.actions.writeAddress();
+    try {
+      await navigator.clipboard.writeText(location.href);
+      shown.textContent = 'Link copied';
+    } catch {
+      shown.textContent = 'It is the page’s address';
+    }
+    setTimeout(() => {
+      shown.textContent = words;
+    }, LINK_TOLD_MS);
   }
 
   toggleThumbnails() {

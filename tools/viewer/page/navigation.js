@@ -14,6 +14,8 @@ export class Navigation {
   /** @param {Scene} scene */
   constructor(scene) {
     this.scene = scene;
+    /** @type {Vector | null} */
+    this.ownUp = null;  // upwards in place of what the scene says
     this.up = normalized(scene.up);
     this.typicalDepth = 1;
     this.orbits = false;
@@ -25,6 +27,8 @@ export class Navigation {
     this.depth = this.typicalDepth;  // distance of the point that movements are about
     /** @type {{from: Pose, fromFov: number, to: Pose, toFov: number, start: number, ms: number} | null} */
     this.jump = null;
+    /** @type {((from: Vector, to: Vector) => Vector) | null} */
+    this.guard = null;  // says where a movement leads, of those that go sideways or forward
     this.hold = new Hold(scene.photographed.share, this.typicalDepth, () => this.nearestPhotograph());
   }
 
@@ -32,9 +36,16 @@ export class Navigation {
   /** @param {Scene} scene */
   follow(scene) {
     this.scene = scene;
-    this.up = normalized(scene.up);
+    this.setUp(this.ownUp);
     this.typicalDepth = scene.inverse_depth > 0 ? 1 / scene.inverse_depth : 1;
     if (!this.chosen) this.orbits = looksAtOneThing(scene);
+  }
+
+  // Sets what is upwards; null: as the scene says.
+  /** @param {Vector | null} up */
+  setUp(up) {
+    this.ownUp = up;
+    this.up = normalized(up ?? this.scene.up);
   }
 
   toggleOrbits() {
@@ -138,12 +149,17 @@ export class Navigation {
     this.step({position, rotation});
   }
 
+  /** @param {Vector} position */
+  guarded(position) {
+    return this.guard ? this.guard(this.pose.position, position) : position;
+  }
+
   // In the camera's directions, in units of what it looks at.
   /** @param {number} right @param {number} down @param {number} forward */
   move(right, down, forward) {
     this.jump = null;
     const step = worldFromCam(this.pose.rotation, times([right, down, forward], this.depth));
-    this.step({...this.pose, position: add(this.pose.position, step)});
+    this.step({...this.pose, position: this.guarded(add(this.pose.position, step))});
   }
 
   // Towards what a ray meets, by a share of the way.
@@ -153,7 +169,7 @@ export class Navigation {
     const way = depth > 0 ? depth : this.depth;
     const nearest = this.typicalDepth * 0.02;
     const step = Math.min(share * way, way - nearest);
-    const position = add(this.pose.position, worldFromCam(this.pose.rotation, ray), step);
+    const position = this.guarded(add(this.pose.position, worldFromCam(this.pose.rotation, ray), step));
     this.depth = Math.max(this.depth - step * this.step({...this.pose, position}), nearest);
   }
 

@@ -1,17 +1,26 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The page of a site. For other pages: `openModel(canvas, options)` shows a site's model in a canvas of their own.
 import {parseAddress, printAddress} from './address.js';
+import {Comparison} from './over/comparing.js';
+import {button, part} from './elements.js';
 import {interact} from './interaction.js';
 import {Interface, showFailure} from './interface.js';
+import {Marks} from './over/marks.js';
+import {Measuring} from './over/measuring.js';
+import {PageEditor} from './owner/editor.js';
+import {OwnerPage, readPageFile} from './owner/owner_page.js';
+import {Panels} from './panels.js';
+import {KeyFrames} from './path/key_frames.js';
+import {save} from './saving.js';
 import {viewsOf} from './reading/model.js';
 import {boundOfWeight} from './drawing/ranked_references.js';
 import {texelForm} from './drawing/photograph_forms.js';
 import {MEBIBYTE, Viewer, defaultMemory} from './viewer.js';
-/** @import {Overrun, ViewerOptions} from './types.d.ts' */
+import {Walking} from './walking.js';
+/** @import {LengthUnit, Overrun, PageFile, ViewerOptions} from './types.d.ts' */
 
 export {Viewer, boundOfWeight, texelForm};
 
-const REVOKE_AFTER_MS = 1000;
 const WRITE_ADDRESS_MS = 200;
 
 // Shows the model of the site whose folder is `options.base`. Resolves once it is drawn from what has come: `viewer` is
@@ -25,14 +34,9 @@ export async function openModel(canvas, options) {
   return {viewer, loaded: viewer.load(), close: () => viewer.close()};
 }
 
-/** @param {Blob | null} blob @param {string} name */
-function save(blob, name) {
-  if (!blob) return;
-  const link = document.createElement('a');
-  link.href = URL.createObjectURL(blob);
-  link.download = name;
-  link.click();
-  setTimeout(() => URL.revokeObjectURL(link.href), REVOKE_AFTER_MS);
+/** @param {Viewer} viewer */
+function writeAddress({navigation, mode}) {
+  history.replaceState(null, '', printAddress({pose: navigation.pose, fov: navigation.fov, mode}));
 }
 
 // Address and view follow each other, without an entry in the history for each movement.
@@ -49,8 +53,7 @@ function linkAddress(viewer, page) {
   let timer = 0;
   const write = () => {
     timer = 0;
-    const {navigation, mode} = viewer;
-    history.replaceState(null, '', printAddress({pose: navigation.pose, fov: navigation.fov, mode}));
+    writeAddress(viewer);
   };
   read(location.href);
   viewer.changed = () => {
@@ -91,6 +94,7 @@ function connect(viewer) {
     },
     save: async () => save(await viewer.screenshot(), 'lumatlas.png'),
     memory: () => memoryLine(viewer),
+    writeAddress: () => writeAddress(viewer),
     hold: () => {
       const {hold} = viewer.navigation;
       hold.on = !hold.on;
@@ -141,9 +145,9 @@ async function keepUp(viewer, page) {
   document.documentElement.dataset.state = 'last';
 }
 
-// Shows an open model in the page.
-/** @param {Viewer} viewer @param {Interface} page */
-function showModel(viewer, page) {
+// Shows an open model in the page, and what its owner says of it.
+/** @param {Viewer} viewer @param {Interface} page @param {PageFile} pageFile */
+function showModel(viewer, page, pageFile) {
   const {scene} = viewer;
   if (scene.poster) page.showPoster(viewer.files, scene.poster);
   viewer.followed = () => {
@@ -155,10 +159,50 @@ function showModel(viewer, page) {
   page.showMode(viewer.mode);
   page.showHold(viewer.navigation.hold.on);
   page.showModel();
+  const tools = startTools(viewer, pageFile);
+  button('walking').addEventListener('click', () => {
+    tools.walking.turn(!tools.walking.isOn);
+    button('walking').setAttribute('aria-pressed', String(tools.walking.isOn));
+    page.showOrbits(viewer.navigation.orbits);
+  });
+  tools.owner.goToFirstView();
   linkAddress(viewer, page);
+  Object.assign(window, {lumatlasTools: tools});  // for the console
   interact(viewer, () => {
     if (viewer.hasMesh) page.hidePoster();
+    for (const tool of [tools.path, tools.comparison, tools.marks]) tool.follow();
   });
+}
+
+// The unit of lengths in a model: metres where it has a place on the Earth.
+/** @returns {LengthUnit} */
+const lengthUnit = () => ({name: document.documentElement.dataset.unit ?? 'scene units', length: 1});
+
+// Connects the tools that lie over the picture and follow its camera.
+/** @param {Viewer} viewer @param {PageFile} pageFile */
+function startTools(viewer, pageFile) {
+  new Panels().add({button: button('more'), panel: part('tools'), toggled: () => {}});
+  const marks = new Marks(viewer, part('marks'));
+  viewer.finished = () => marks.look();
+  const measuring = new Measuring(viewer, marks, lengthUnit());
+  const owner = new OwnerPage(viewer, marks, measuring, pageFile);
+  button('first-view').addEventListener('click', () => owner.flyToFirstView());
+  const editor = new PageEditor(viewer, owner);
+  const path = new KeyFrames(viewer);
+  marks.moved = () => {
+    measuring.drawLine();
+    path.drawLine();
+    editor.follow();
+  };
+  const panels = new Panels();
+  panels.add({button: button('about'), panel: part('about-panel'), toggled: () => {}});
+  owner.annotations.opening = () => {
+    if (!part('about-panel').hidden) panels.closeAll();
+  };
+  panels.add({button: button('path'), panel: part('pathing'), toggled: (open) => path.turn(open)});
+  panels.add({button: button('edit'), panel: part('editing'), toggled: (open) => editor.turn(open)});
+  panels.add({button: button('measure'), panel: part('measuring'), toggled: (open) => measuring.turn(open)});
+  return {comparison: new Comparison(viewer), marks, measuring, path, owner, editor, walking: new Walking(viewer)};
 }
 
 /** @param {HTMLCanvasElement} canvas */
@@ -171,14 +215,15 @@ async function main(canvas) {
     console.error(error);
   };
   try {
-    const {live, model} = document.documentElement.dataset;
+    const {live, model, pageFile} = document.documentElement.dataset;
     const options = {memory: wanted > 0 ? wanted : defaultMemory(), texels: asked.get('texels') ?? 'auto', live, model};
     const viewer = new Viewer(canvas, {base: document.baseURI, ...options});
     const page = connect(viewer);
     viewer.failed = fail;
     page.showProgress(live ? 'waits for the first photographs' : 'the mesh', 0, 1);
-    await viewer.open();
-    showModel(viewer, page);
+    const [said] = await Promise.all([readPageFile(viewer.files, pageFile), viewer.open()]);
+    page.showLine('page-file', said.complaint);
+    showModel(viewer, page, said.file);
     Object.assign(window, {lumatlas: viewer});  // for the console, and for pages around this one
     await viewer.load();
     document.documentElement.dataset.state = 'complete';

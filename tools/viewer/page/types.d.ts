@@ -92,6 +92,7 @@ export interface SurfaceProperties {
   far?: {mesh: number, cells: number};
   coarse?: number;
   origin?: Vector;
+  offset?: Vector;
   guestCells?: number;
 }
 
@@ -225,6 +226,7 @@ export interface Mesh {
   corners: Uint32Array<ArrayBuffer>;
   counts: number[];
   behind: number;  // how many of the corners, the last, are drawn a little behind the others
+  offset?: Vector;  // of the input's positions from these, of a mesh that says it
 }
 
 export interface Tables {
@@ -305,6 +307,71 @@ export interface ViewerOptions {
   shaders?: Shaders;         // otherwise the viewer fetches those of the site
 }
 
+// A point of the surface. `deviation`: standard deviation of the surface there, scene units; null: it is not known.
+export interface SurfacePoint {
+  point: Vector;
+  deviation: number | null;
+}
+
+// The unit in which lengths are shown, and how many of them a scene unit is.
+export interface LengthUnit {
+  name: string;
+  length: number;
+}
+
+// A camera of the owner's file: `turned` is a quaternion x, y, z, w, `fov` the angle from top to bottom, degrees.
+export interface SavedView {
+  position: Vector;
+  turned: number[];
+  fov: number;
+}
+
+// A box outside of which the surface is hidden; its axes are the rows of the rotation that `turned` is.
+export interface CropBox {
+  center: Vector;
+  size: Vector;
+  turned: number[];
+}
+
+export interface HiddenBall {
+  center: Vector;
+  radius: number;
+}
+
+export interface Annotation {
+  point: Vector;
+  title: string;
+  text: string;
+  view: SavedView | null;
+}
+
+// The owner's file beside a model; positions are the model's, null and empty: nothing is said.
+export interface PageFile {
+  title: string;
+  description: string;
+  view: SavedView | null;
+  up: Vector | null;
+  unit: LengthUnit | null;
+  crop: CropBox | null;
+  hidden: HiddenBall[];
+  annotations: Annotation[];
+}
+
+// A camera's place on a path: the quaternion x, y, z, w gives camera from world, `fov` is horizontal, degrees.
+export interface Vantage {
+  position: Vector;
+  turned: number[];
+  fov: number;
+}
+
+export interface KeyFrame {
+  time: number;  // seconds
+  vantage: Vantage;
+}
+
+// Says whether a point of the surface is shown.
+export type ShownPart = (x: number, y: number, z: number) => boolean;
+
 // The actions of buttons and menus.
 export interface Actions {
   mode(name: string): void;
@@ -313,6 +380,7 @@ export interface Actions {
   save(): void;
   walk(): void;
   hold(): void;
+  writeAddress(): void;  // the view, into the page's address
   memory(): string;  // a line about the GPU's memory
 }
 

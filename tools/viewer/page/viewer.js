@@ -20,8 +20,8 @@ import {SiteFiles} from './reading/site_files.js';
 /** @import {PictureTarget} from './drawing/gl_objects.js' */
 /**
  * @import {
- *   Camera, Layout, LiveState, Mesh, MeshFile, Mode, Overrun, Pose, Scene, Shaders, Size, Tables, TexelForm,
- *   ViewerOptions
+ *   Camera, Layout, LiveState, Mesh, MeshFile, Mode, Overrun, Pose, Scene, Shaders, ShownPart, Size, Tables, TexelForm,
+ *   Vector, ViewerOptions
  * } from './types.d.ts'
  */
 
@@ -90,6 +90,7 @@ export class Viewer {
     this.missing = () => {};     // told in one line what could not be loaded; '': all could be
     /** @type {(lost: boolean) => void} */
     this.gpuLost = () => {};     // told when the GPU has gone, and when it is back
+    this.finished = () => {};    // after the GPU has finished what it was given
     /** @type {(error: Error) => void} */
     this.failed = (error) => console.error(error);
 
@@ -99,7 +100,11 @@ export class Viewer {
     /** @type {Promise<void> | null} */
     this.loading = null;
     this.loadsLater = false;
+    /** @type {Vector} */
+    this.offset = [0, 0, 0];  // input position = position in the model + offset
     this.resident = new Uint32Array();  // for each tile of the scene, 1 or 0
+    /** @type {ShownPart | null} */
+    this.shownPart = null;  // of the surface; null: all of it
     /** @type {{bytes: number, scale: number} | null} */
     this.room = null;  // number of photographs, once it is known
     this.forgetGpu();
@@ -386,6 +391,7 @@ export class Viewer {
   /** @param {Mesh} mesh @param {string} file */
   takeMesh(mesh, file) {
     this.renderer.setMesh(mesh);
+    this.offset = mesh.offset ?? this.offset;
     this.residents.forget();  // depths are drawn from the mesh
     this.meshFile = file;
     this.hasMesh = true;
@@ -522,6 +528,7 @@ export class Viewer {
     this.forgetGpu();
     this.startGpu();
     this.renders = new Renderer(this.gl, scene, shaders);
+    this.renders.setShownPart(this.shownPart);
     this.quietly(this.load());
   }
 
@@ -645,6 +652,14 @@ export class Viewer {
     this.changed();
   }
 
+  // Shows a part of the surface alone; null: all of it.
+  /** @param {ShownPart | null} part */
+  setShownPart(part) {
+    this.shownPart = part;
+    this.renderer.setShownPart(part);
+    this.invalidate();
+  }
+
   /** @param {string} quality */
   setQuality(quality) {
     this.sizes.setQuality(quality);
@@ -703,6 +718,7 @@ export class Viewer {
     if (of === 'frame') this.sizes.adapt(ms);
     if (of === 'surface') this.sizes.noteSurface(ms);
     if (of === 'frame' || of === 'part') this.sizes.noteTime(ms, pixels);
+    this.finished();
     return false;
   }
 

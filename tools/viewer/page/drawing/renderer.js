@@ -8,11 +8,12 @@ import {Glances, MOST_GLANCE_BYTES} from './glances.js';
 import {GlObjects, Targets} from './gl_objects.js';
 import {Programs} from './programs.js';
 import {RankedReferences, boxesOfZones} from './ranked_references.js';
+import {sortShown} from './shown_faces.js';
 import {CELLS_OF_SHADER} from '../reading/surface.js';
 import {Table, bindTexture, makeTexture} from './tables.js';
 /** @import {Photographs} from './photographs.js' */
 /** @import {PictureTarget, Sized, SurfaceTarget} from './gl_objects.js' */
-/** @import {Camera, Mesh, Mode, Scene, Shaders, Size, Tables, Vector} from '../types.d.ts' */
+/** @import {Camera, Mesh, Mode, Scene, Shaders, ShownPart, Size, Tables, Vector} from '../types.d.ts' */
 
 const SAMPLED = 4;                  // in the stencil: pixels that are means over samples
 const NOTHING = 0xFFFFFFFF;
@@ -56,6 +57,14 @@ export function partsOf({width, height}, partPx) {
   return parts.sort((a, b) => far(a) - far(b));
 }
 
+// The deviation of each zone's surface, whose upper 16 bits tables have.
+/** @param {Tables} tables */
+function deviationsOf({zones}) {
+  const bits = new Uint32Array(zones.length / 4);
+  for (let zone = 0; zone < bits.length; ++zone) bits[zone] = zones[4 * zone + 3] << 16;
+  return new Float32Array(bits.buffer);
+}
+
 export class Renderer {
   /** @param {WebGL2RenderingContext} gl @param {Scene} scene @param {Shaders} shaders */
   constructor(gl, scene, shaders) {
@@ -72,7 +81,8 @@ export class Renderer {
     this.nothing = this.objects.vertexArray();
     /**
      * @type {{
-     *   vertices: WebGLVertexArrayObject, colors: WebGLBuffer, counts: number[], behind: number, bytes: number,
+     *   vertices: WebGLVertexArrayObject, positions: WebGLBuffer, colors: WebGLBuffer, corners: WebGLBuffer,
+     *   counts: number[], behind: number, shown: number[], size: Size, bytes: number,
      * } | null}
      */
     this.mesh = null;
@@ -81,9 +91,12 @@ export class Renderer {
     /** @type {RankedReferences | null} */
     this.references = null;
     this.boxes = new Float32Array();  // of the mesh's zones
+    this.deviations = new Float32Array();  // of the surface along a ray, scene units, one per zone
     /** @type {Photographs | null} */
     this.photographs = null;
     this.mostBytes = 0;
+    /** @type {ShownPart | null} */
+    this.shownPart = null;  // of the surface; null: all of it
   }
 
   release() {
@@ -108,7 +121,7 @@ export class Renderer {
       bytes += data.byteLength;
       return made;
     };
-    buffer(gl.ARRAY_BUFFER, mesh.positions);
+    const positions = buffer(gl.ARRAY_BUFFER, mesh.positions);
     gl.vertexAttribPointer(0, 3, gl.FLOAT, false, 12, 0);
     const colors = buffer(gl.ARRAY_BUFFER, mesh.colors);
     gl.vertexAttribPointer(1, 3, gl.UNSIGNED_BYTE, true, 4, 0);
@@ -117,11 +130,52 @@ export class Renderer {
     buffer(gl.ARRAY_BUFFER, mesh.zones);
     gl.vertexAttribIPointer(3, 1, gl.UNSIGNED_INT, 4, 0);
     for (let attribute = 0; attribute < 4; ++attribute) gl.enableVertexAttribArray(attribute);
-    buffer(gl.ELEMENT_ARRAY_BUFFER, mesh.corners);
+    const corners = buffer(gl.ELEMENT_ARRAY_BUFFER, mesh.corners);
     gl.bindVertexArray(this.nothing);
-    this.mesh = {vertices, colors, counts: mesh.counts, behind: mesh.behind, bytes};
+    const {counts, behind} = mesh;
+    this.mesh = {
+      vertices, positions, colors, corners, counts, behind, shown: [...counts, behind],
+      size: [mesh.positions.length, mesh.corners.length], bytes,
+    };
+    if (this.shownPart) this.sortFaces(mesh.positions, mesh.corners.slice());
     this.boxes = boxesOfZones(mesh);
     this.references?.setBoxes(this.boxes);
+  }
+
+  // Hides the faces whose middles are not in a part of the surface; null: shows all. What is hidden still stands before
+  // what photographs show, because it was there when they were taken.
+  /** @param {ShownPart | null} part */
+  setShownPart(part) {
+    this.shownPart = part;
+    const {gl, mesh} = this;
+    if (!mesh) return;
+    mesh.shown = [...mesh.counts, mesh.behind];
+    if (!part) return;
+    const corners = new Uint32Array(mesh.size[1]);
+    gl.bindVertexArray(mesh.vertices);
+    gl.getBufferSubData(gl.ELEMENT_ARRAY_BUFFER, 0, corners);
+    gl.bindVertexArray(this.nothing);
+    this.sortFaces(this.positions(), corners);
+  }
+
+  // Returns the positions of the mesh's vertices.
+  positions() {
+    const {gl, mesh} = this;
+    const positions = new Float32Array(mesh?.size[0] ?? 0);
+    if (!mesh) return positions;
+    gl.bindBuffer(gl.ARRAY_BUFFER, mesh.positions);
+    gl.getBufferSubData(gl.ARRAY_BUFFER, 0, positions);
+    return positions;
+  }
+
+  /** @param {Float32Array} positions @param {Uint32Array<ArrayBuffer>} corners */
+  sortFaces(positions, corners) {
+    const {gl, mesh, shownPart} = this;
+    if (!mesh || !shownPart) return;
+    mesh.shown = sortShown(positions, corners, [...mesh.counts, mesh.behind], shownPart);
+    gl.bindVertexArray(mesh.vertices);
+    gl.bufferSubData(gl.ELEMENT_ARRAY_BUFFER, 0, corners);
+    gl.bindVertexArray(this.nothing);
   }
 
   // Replaces the colours of the mesh's vertices, four bytes each.
@@ -140,6 +194,7 @@ export class Renderer {
     for (const table of Object.values(this.tables ?? {})) table.release();
     this.tables = {zones: new Table(gl, tables.zones, 4), cells: new Table(gl, tables.cells, 3)};
     this.references = new RankedReferences(gl, tables, this.boxes);
+    this.deviations = deviationsOf(tables);
   }
 
   // Returns whether the programs for pictures are compiled; starts compiling them.
@@ -303,11 +358,12 @@ export class Renderer {
     gl.bindVertexArray(this.nothing);
   }
 
-  // `marks`: the stencil says how many cells are blended.
+  // `marks`: the stencil says how many cells are blended. `whole`: with the hidden part.
   /** @param {SurfaceTarget} target @param {boolean} marks */
-  drawSurface(target, marks) {
+  drawSurface(target, marks, whole = false) {
     const {gl, mesh} = this;
     if (!mesh) return;
+    const drawn = whole ? [...mesh.counts, mesh.behind] : mesh.shown;
     gl.bindFramebuffer(gl.FRAMEBUFFER, target.pass);
     gl.viewport(0, 0, target.width, target.height);
     if (target.surface) gl.clearBufferuiv(gl.COLOR, 0, [NOTHING, 0, 0, 0]);
@@ -325,13 +381,14 @@ export class Renderer {
     let first = 0;
     mesh.counts.forEach((count, i) => {
       if (marks) gl.stencilFunc(gl.ALWAYS, i + 1, 0xFF);
-      if (count > 0) gl.drawElements(gl.TRIANGLES, count, gl.UNSIGNED_INT, 4 * first);
+      if (drawn[i] > 0) gl.drawElements(gl.TRIANGLES, drawn[i], gl.UNSIGNED_INT, 4 * first);
       first += count;
     });
-    if (mesh.behind > 0) {
+    const behind = drawn[mesh.counts.length];
+    if (behind > 0) {
       if (marks) gl.stencilFunc(gl.ALWAYS, 1, 0xFF);
       this.setNearDepth(this.scene.near_depth * (1 - BEHIND));
-      gl.drawElements(gl.TRIANGLES, mesh.behind, gl.UNSIGNED_INT, 4 * first);
+      gl.drawElements(gl.TRIANGLES, behind, gl.UNSIGNED_INT, 4 * first);
       this.setNearDepth(this.scene.near_depth);
     }
     gl.disable(gl.STENCIL_TEST);
@@ -418,7 +475,7 @@ export class Renderer {
       gl.drawBuffers([gl.NONE]);
       return {depths, pass};
     });
-    this.drawSurface(target, false);
+    this.drawSurface(target, false, true);
     return target.depths;
   }
 
@@ -568,10 +625,43 @@ export class Renderer {
   // How deep the surface is at a pixel of a target, from its top left; 0: there is none.
   /** @param {SurfaceTarget} target @param {number} x @param {number} y */
   depthAt(target, x, y) {
+    return this.readSurface(target, Math.floor(x), Math.floor(y), 1, 1)[0].depth;
+  }
+
+  // The depths at a pixel and at its neighbours.
+  /** @param {SurfaceTarget} target @param {number} x @param {number} y */
+  depthsAround(target, x, y) {
+    const [left, top] = [Math.max(0, Math.floor(x) - 1), Math.max(0, Math.floor(y) - 1)];
+    const [right, bottom] = [Math.min(target.width, Math.floor(x) + 2), Math.min(target.height, Math.floor(y) + 2)];
+    return this.readSurface(target, left, top, right - left, bottom - top).map(({depth}) => depth);
+  }
+
+  // Returns depth and zone of the surface that a camera of one pixel sees; depth 0: there is none.
+  /** @param {Camera} camera */
+  surfaceOfPixel(camera) {
+    this.setState();
+    this.describe(camera, [1, 1, 1]);
+    const target = this.surfaceTarget('pixel', 1, 1);
+    this.drawSurface(target, false);
+    return this.readSurface(target, 0, 0, 1, 1)[0];
+  }
+
+  /**
+   * @param {SurfaceTarget} target
+   * @param {number} left
+   * @param {number} top
+   * @param {number} width
+   * @param {number} height
+   */
+  readSurface(target, left, top, width, height) {
     const {gl} = this;
-    const texel = new Uint32Array(4);
+    const texels = new Uint32Array(4 * width * height);
     gl.bindFramebuffer(gl.FRAMEBUFFER, target.pass);
-    gl.readPixels(Math.floor(x), target.height - 1 - Math.floor(y), 1, 1, gl.RGBA_INTEGER, gl.UNSIGNED_INT, texel);
-    return texel[0] === NOTHING ? 0 : new Float32Array(texel.buffer, 4, 1)[0];
+    gl.readPixels(left, target.height - top - height, width, height, gl.RGBA_INTEGER, gl.UNSIGNED_INT, texels);
+    const depths = new Float32Array(texels.buffer);
+    return Array.from({length: width * height}, (_, i) => {
+      const zone = texels[4 * i];
+      return {zone, depth: zone === NOTHING ? 0 : depths[4 * i + 1]};
+    });
   }
 }

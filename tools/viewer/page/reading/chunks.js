@@ -75,7 +75,7 @@ function joinedMesh(meshes, firstZones, behind) {
     shares: new Uint8Array(4 * vertices), zones: new Uint32Array(vertices),
     corners: new Uint32Array(sumOf(before.map(({corners}) => corners.length)) + (behind?.length ?? 0)),
     counts: CELLS_OF_SHADER.map((_, group) => sumOf(before.map((mesh) => mesh.counts[group]))),
-    behind: behind?.length ?? 0,
+    behind: behind?.length ?? 0, offset: meshes.find(({offset}) => offset)?.offset,
   };
   meshes.forEach((mesh, number) => {
     joined.positions.set(mesh.positions, 3 * firsts[number]);

@@ -196,7 +196,7 @@ class SurfaceSource {
     const primitives = this.coarse === null ? primitivesOf(gltf, properties) :
       [/** @type {NonNullable<typeof gltf.json.meshes>} */ (gltf.json.meshes)[this.coarse].primitives[0]];
     await gltf.load(meshAccessors(primitives, properties));
-    return meshOf(gltf, primitives, properties);
+    return {...meshOf(gltf, primitives, properties), offset: properties?.offset};
   }
 
   async colors() {
