@@ -73,7 +73,7 @@ void run(const BuildFlags& flags) {
   BuildOptions options = build_options_of(flags);
   std::optional<EndRequest> end_request;
   take_end_requests(flags, options, end_request);
-  const ImageCoding photographs = flags.image_coding();
+  const ImageCoding photographs = flags.images.coding();
   check_apart(flags.output, std::array{flags.scene, flags.mesh, flags.pictures.images, flags.pictures.masks});
   ModelOutput output(flags.output);
   const auto shown = flags.view ? std::make_unique<ShownBuild>(page_options_of(flags)) : nullptr;

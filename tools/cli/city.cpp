@@ -24,6 +24,7 @@
 #include "tools/city/workflow.h"
 #include "tools/cli/commands.h"
 #include "tools/cli/flags/cell_flags.h"
+#include "tools/cli/flags/image_flags.h"
 #include "tools/cli/flags/setting_flags.h"
 #include "tools/cli/output/json_output.h"
 #include "tools/pipeline/build_settings.h"
@@ -45,7 +46,7 @@ struct CityFlags {
   SettingFlags<BuildOptions> settings{build_settings()};
   PictureFlags pictures;
   HoldFlags hold;
-  ImageCoding photographs;
+  ImageFlags images;
   std::size_t jobs = std::max(1u, std::thread::hardware_concurrency());
   std::size_t job = 0, threads = 0;
   std::uint32_t max_views = 100, texture_px = 2048;
@@ -158,11 +159,12 @@ void run_job(const CityFlags& flags) {
   throw InputError(text);
 }
 
-json notes_of(const CityFlags& flags, const CityPlan& plan) {
+json notes_of(const CityPlan& plan, const ImageCoding& photographs) {
   json options = {{"city", true},
                   {"blocks", plan.blocks.size()},
                   {"scene", plan.scene.string()},
-                  {"image", ending(flags.photographs.format) + 1},
+                  {"image", ending(photographs.format) + 1},
+                  {"quality", photographs.format == ImageFormat::png ? json() : json(photographs.quality)},
                   {"hold_out", json()},
                   {"skip_bad", plan.build.pictures.skip_bad}};
   if (plan.hold_out) options["hold_out"] = {{"hold", plan.hold_out->hold}, {"block", plan.hold_out->block}};
@@ -181,9 +183,10 @@ std::optional<BakedTexture> texture_of(const CityFlags& flags, const Snapshot& s
 }
 
 void join(const CityFlags& flags, const CityPlan& plan, const fs::path& folder, ModelOutput& output) {
+  const ImageCoding photographs = flags.images.coding();
   const JoinedCity city = join_blocks(folder, plan, progress_of(flags));
   const std::optional<BakedTexture> texture = texture_of(flags, city.snapshot);
-  output.commit(city.snapshot, city.validity, flags.photographs, {notes_of(flags, plan), json::object()},
+  output.commit(city.snapshot, city.validity, photographs, {notes_of(plan, photographs), json::object()},
                 texture ? &texture->texture : nullptr);
   const json totals = {{"blocks", plan.blocks.size()},
                        {"faces", city.snapshot.surface->mesh.faces.size()},
@@ -222,6 +225,7 @@ void run(CityFlags& flags) {
     print_result(plan_text(plan, flags.plan), flags.plan);
     return;
   }
+  (void)flags.images.coding();  // refuses a quality that the format does not have
   check_apart(flags.output, std::array{flags.source, flags.mesh, flags.pictures.images, flags.pictures.masks});
   ModelOutput output(flags.output);
   const fs::path folder = planned ? flags.source : fs::path(flags.output.string() + ".city");
@@ -284,6 +288,7 @@ void add_city_command(CLI::App& program) {
       ->transform(whole_number(1, 1024));
   add_scene_options(*command, *flags);
   begin_group(*command, "Model");
+  flags->images.add_to(*command);
   command->add_option("--texture", flags->texture_px, "Longest side of the texture for other programs, 0: none")
       ->type_name("PX")
       ->transform(whole_number(0, kMostTexturePx));

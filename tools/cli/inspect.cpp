@@ -130,8 +130,7 @@ void inspect_as_model(const InspectFlags& flags) {
 
 void add_inspect_command(CLI::App& program) {
   auto flags = std::make_shared<InspectFlags>();
-  CLI::App* command = program.add_subcommand(
-      "inspect", "What is in a scene or a model, and what is wrong with it");
+  CLI::App* command = program.add_subcommand("inspect", "What is in a scene or a model, and what is wrong with it");
   add_file(*command, "SCENE", flags->scene, "SCENE", "COLMAP workspace: sparse/ and images/, with a mesh; or a model")
       ->required();
   begin_group(*command, "Of a scene");

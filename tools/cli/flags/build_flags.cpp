@@ -37,12 +37,7 @@ void BuildFlags::add_files_to(CLI::App& command) {
            "PLY, OBJ, STL or GLB, else looked for in SCENE; in other units, axes or shifted: see "
            "--mesh-scale, --mesh-axes and --mesh-shift in --help-all");
   command.add_flag("--mesh-as-given", mesh_as_given, "Neither add surface that the mesh lacks nor remove faces");
-  add_choice(command, "--image", photograph_coding.format, {{"png", ImageFormat::png}, {"jpeg", ImageFormat::jpeg}},
-             "How photographs are kept in the model")
-      ->transform(other_name("jpg", "jpeg"));
-  quality = command.add_option("--quality", photograph_coding.quality, "With --image jpeg, how well")
-                ->type_name("Q")
-                ->transform(whole_number(1, 100));
+  images.add_to(command);
 }
 
 void BuildFlags::add_stream_to(CLI::App& command) {
@@ -154,13 +149,6 @@ void BuildFlags::add_to(CLI::App& command) {
   add_rare_model_options_to(command);
   add_rare_watch_options_to(command);
   settings.add_to(command);
-}
-
-ImageCoding BuildFlags::image_coding() const {
-  if (quality->count() > 0 && photograph_coding.format == ImageFormat::png) {
-    throw CLI::ValidationError("--quality", "needs --image jpeg: PNG is exact");
-  }
-  return photograph_coding;
 }
 
 }  // namespace lumatlas

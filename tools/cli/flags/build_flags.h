@@ -8,6 +8,7 @@
 #include <string>
 
 #include "tools/cli/commands.h"
+#include "tools/cli/flags/image_flags.h"
 #include "tools/cli/flags/mesh_frame_flags.h"
 #include "tools/cli/flags/setting_flags.h"
 #include "tools/pipeline/build_options.h"
@@ -28,7 +29,7 @@ struct BuildFlags {
   std::string texture = std::to_string(*BuildOptions{}.texture_px);
   bool skip_bad = false;
   bool paper = false;
-  ImageCoding photograph_coding;
+  ImageFlags images;
   bool watch = false;
   std::uint32_t idle_s = 0;  // 0: it ends by Ctrl-C alone
   bool mesh_as_given = false;
@@ -43,12 +44,9 @@ struct BuildFlags {
   CLI::Option* loss = nullptr;
   CLI::Option* photograph_bytes = nullptr;
   CLI::Option* refine = nullptr;
-  CLI::Option* quality = nullptr;
 
   BuildFlags();
   void add_to(CLI::App& command);
-  // Throws CLI::ValidationError for a quality that the format does not have.
-  [[nodiscard]] ImageCoding image_coding() const;
 
  private:
   void add_files_to(CLI::App& command);
