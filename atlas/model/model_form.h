@@ -42,7 +42,7 @@ struct FormOptions {
   // Largest number of faces in a chunk, at least 1. The writer splits a larger surface into chunks; a single cell with
   // more faces is a chunk of its own. A model in one file has one chunk.
   std::size_t chunk_faces = 100'000;
-  // Whether a large surface also gets a file with few faces, which is shown until the whole one is there.
+  // Also writes a file with few faces for a large surface; readers show it until they have the whole one.
   bool coarse = true;
 };
 

@@ -114,8 +114,8 @@ struct CellPart {
 [[nodiscard]] Contribution contribution(const Cell& cell, double cell_size, const Camera& camera, double visible_pixels,
                                         const CoverageOptions& options);
 
-// Returns the parts of a view that sees so many of the camera's pixels of each cell, in that order. Throws as
-// contribution() does, and std::invalid_argument for a cell that is not there.
+// Returns what a view sees of each cell, in the order of `seen`, which counts the camera's pixels on each. Throws as
+// contribution() does, and std::invalid_argument for a cell that `cells` does not have.
 [[nodiscard]] std::vector<CellPart> cell_parts(const Cells& cells, const Camera& camera,
                                                std::span<const CellPixels> seen, const CoverageOptions& options);
 

@@ -13,8 +13,8 @@ namespace lumatlas {
 // Chunks of a surface are smaller than blocks, so that a job need not read all of its neighbours.
 inline constexpr std::size_t kChunksPerBlock = 8;
 
-// A cell lists so many photographs for its block: those in which it has most pixels. More than a cell refers to, for
-// some of them show it from the same side.
+// The number of photographs that a cell lists for its block: those in which it has most pixels. It is more than a cell
+// refers to, because several photographs may show the cell from the same side.
 inline constexpr std::size_t kViewsPerCell = 24;
 
 // Fills in the plan's blocks; its views and build options are there. Chunks that follow each other, as the writer of

@@ -35,7 +35,7 @@ std::string last_line(const fs::path& log) {
 // Takes numbers of blocks from a list, and runs their jobs until the list is empty.
 class Worker {
  public:
-  // Each job uses so many `threads`.
+  // `threads`: number of threads that each job uses, >= 1.
   Worker(const fs::path& program, const fs::path& folder, const std::vector<std::size_t>& blocks, std::size_t threads,
          std::atomic<std::size_t>& next)
       : program_(program), folder_(folder), blocks_(blocks), threads_(threads), next_(next) {}

@@ -40,9 +40,10 @@ struct CityBlock {
   // The far sphere, which is a block of its own, the last: its job reads the whole surface, whose cells count as one.
   bool far = false;
   ChunkCounts size;  // of its own part of the surface
-  // The chunks that its job reads: its own, which are so many, and those that may stand between it and a camera.
+  // Lists the chunks of the surface that its job reads: its own chunks, then those that may stand between it and a
+  // camera.
   std::vector<std::size_t> chunks;
-  std::size_t own_chunks = 0;
+  std::size_t own_chunks = 0;  // how many of them are its own; 0 for the far sphere
   // Numbers in CityPlan::views, ascending: the photographs among those that see some cell best.
   std::vector<std::size_t> views;
 };

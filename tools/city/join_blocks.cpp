@@ -89,7 +89,7 @@ void require_all_done(const fs::path& folder, const CityPlan& plan) {
   }
 }
 
-// What is read of all blocks before their views have numbers in the whole.
+// Holds the blocks as they were read, whose references are still to their own view slots.
 struct ReadBlocks {
   std::vector<Snapshot> parts;  // without surfaces and colours
   JoinedViews views;

@@ -14,8 +14,9 @@
 namespace lumatlas {
 
 struct CityOptions {
-  // Of the whole scene: its mesh, what is refined, which photographs are held out. Of each block: max_views and what
-  // settings name. Nothing is refined with RefineMode::none; otherwise poses, exposures and lenses are, jointly.
+  // Says for the whole scene which mesh it has, what is refined and which photographs are held out, and for each block
+  // max_views and what settings name. RefineMode::none refines nothing; every other mode refines poses, exposures and
+  // lenses jointly.
   BuildOptions build;
   std::size_t block_faces = 400'000;  // largest number of faces in a block, >= 1
   std::string stamp;                  // of the plan

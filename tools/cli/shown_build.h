@@ -14,7 +14,7 @@
 
 namespace lumatlas {
 
-// How a command shows the model that it makes.
+// Options by which a command shows the model that it makes.
 struct PageOptions {
   std::filesystem::path model;  // by which the page is named
   ServerOptions server;

@@ -179,7 +179,7 @@ void add_synth_command(CLI::App& program) {
   begin_group(*command, "Stream");
   command
       ->add_option("--stream", options.stream_rate,
-                   "Also write DIR/stream, a TUM RGB-D folder of so many frames a second, for `lumatlas live`")
+                   "Also write DIR/stream, a TUM RGB-D folder of RATE frames a second, for `lumatlas live`")
       ->type_name("RATE");
   begin_group(*command, "Messages");
   add_json(*command, flags->json_output);

@@ -23,7 +23,7 @@ struct LiveSight {
   std::shared_ptr<const Visibility> visibility;
 };
 
-// What a camera sees of a version of the surface.
+// Holds the cells that a camera sees of one version of the surface.
 struct Sighting {
   std::vector<CellPart> parts;
   double empty = 1;  // share of the picture without a surface, in [0, 1]
@@ -32,7 +32,7 @@ struct Sighting {
 // Takes a picture of PlannerOptions::visibility_px.
 [[nodiscard]] Sighting sighting_of(const LiveSight& sight, const Camera& camera, const PlannerOptions& options);
 
-// Of one version of the surface; not safe from several threads.
+// Counts how well stored and waiting views cover one version of the surface. Not safe from several threads.
 class LiveCoverage {
  public:
   // `waiting`: views that may wait at once. `options` must outlive this.

@@ -172,7 +172,7 @@ struct LiveModel::State {
   std::uint64_t offers_ = 0;
 };
 
-// What ends a thread is told by every later call.
+// Keeps the exception that ends a thread, which every later call throws.
 template <typename Run>
 void LiveModel::State::run_guarded(const Run& run) {
   try {

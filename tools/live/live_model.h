@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// A model of a stream of frames: it grows while somebody walks through the scene, and may be looked at all the while
+// A model of a stream of frames: it grows while a camera moves through the scene, and viewers may draw it all the while
 // (Erat et al. 2019, sections 1 and 5, Fig. 1 and 2).
 //
 //   LiveModel live(LiveOptions{});
@@ -36,8 +36,8 @@ namespace lumatlas {
 
 struct LiveOptions {
   std::uint32_t max_views = 100;  // that the store holds, >= 1
-  // How each view is judged and refined. coverage.ideal_distance 0: the median distance that the first depth frame
-  // measured.
+  // Options by which each view is judged and refined. coverage.ideal_distance 0: the median distance that the first
+  // depth frame measured.
   PlannerOptions planner;
   LiveSurfaceOptions surface;
   std::chrono::milliseconds surface_interval{500};  // between two surfaces at least, > 0; longer where they take longer
@@ -61,7 +61,7 @@ struct LiveVerdict {
   std::vector<std::string> dropped;  // views that waited and are given up for it; may name the view itself
 };
 
-// What became of a view that was chosen or not decided yet.
+// Tells the outcome for a view that was chosen or not decided yet.
 struct LiveOutcome {
   std::string name;
   Verdict verdict;          // the planner's
@@ -69,7 +69,7 @@ struct LiveOutcome {
   double until_stored = 0;  // from offer() until snapshots have it, or it is turned away; milliseconds
 };
 
-// How often something was done, and how long it took, milliseconds.
+// Counts a kind of work, and sums its wall time, milliseconds.
 struct LiveTimes {
   std::uint64_t count = 0;
   double last = 0, total = 0, worst = 0;

@@ -23,7 +23,8 @@ struct LiveSurfaceOptions {
   // Side of a voxel, scene units, > 0. None: kLiveVoxelPixels of the first depth frame at its median depth.
   std::optional<double> voxel;
   double cell_size = 0;  // see CellOptions::size, >= 0; 0: 1/16 of the first frame's median depth
-  // Of 512 voxels and 8 KiB each, >= 1. Depth frames that would take more are refused.
+  // Largest number of blocks of the volume, >= 1; a block has 512 voxels and takes 8 KiB. Depth frames that would need
+  // more blocks are refused.
   std::size_t max_blocks = std::size_t{1} << 16U;
   glm::dvec3 offset{0};  // that was subtracted from all coordinates, see Surface::offset
 };

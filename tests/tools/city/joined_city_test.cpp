@@ -83,7 +83,7 @@ TEST_CASE("Blocks join to a surface without borders, each face of which is in on
   CHECK(surface.mesh.faces.size() == whole.snapshot.surface->mesh.faces.size());
   CHECK(surface.mesh.positions.size() == whole.snapshot.surface->mesh.positions.size());
   CHECK(surface.cells.cells.size() == whole.snapshot.surface->cells.cells.size());
-  // What a photograph sees of a block does not depend on how the rest is cut: nearly all faces refer to the same.
+  // A photograph sees a block in the same way however the rest is cut: nearly all faces refer to the same photographs.
   const auto of_whole = references_by_face(whole.snapshot), of_joined = references_by_face(joined.snapshot);
   REQUIRE(of_whole.size() == of_joined.size());
   std::size_t same = 0, bare = 0;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// `lumatlas view` and `build --view` as somebody starts them who makes mistakes.
+// `lumatlas view` and `build --view` with mistakes in their arguments.
 #include <fcntl.h>
 #include <unistd.h>
 

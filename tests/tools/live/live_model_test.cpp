@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What threads of a live model share; no case depends on how long anything takes.
+// Tests what the threads of a live model share. No case depends on how long anything takes.
 #include "tools/live/live_model.h"
 
 #include <algorithm>

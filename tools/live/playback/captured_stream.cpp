@@ -40,7 +40,7 @@ void move_by(Camera& camera, const glm::dvec3& offset) {
   camera.cam_from_world_translation += camera.cam_from_world_rotation * offset;
 }
 
-// How far two poses are from each other: 0 for the same pose.
+// Returns a distance of two poses, 0 for the same pose.
 double pose_difference(const Camera& a, const Camera& b) {
   double sum = glm::distance(a.center(), b.center());
   for (int column = 0; column < 3; ++column) {

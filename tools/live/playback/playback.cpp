@@ -95,7 +95,7 @@ class Player {
   double time_ = 0;
 };
 
-// Where frames came from, and the photographs that were offered.
+// Names the source of the frames, and the photographs that were offered.
 struct PlayedSource {
   SceneViews scene;  // of a capture; empty for a client, except for its root
   std::vector<std::string> offered;
@@ -152,7 +152,7 @@ BuildResult result_of(const PlayedSource& source, const PlaybackOptions& options
   result.skipped = unread_views(record);
   result.scene_notes = source.scene.notes;
   result.georeference = source.scene.georeference;
-  // Of a stream that was ended the photographs that did not come are none that the model lacks.
+  // The model of a stream that was ended early does not lack the photographs that had not come.
   result.views = record.ended_early ? result.planned.size() : source.scene.views.size();
   result.masked_views = masked_views(source.scene);
   result.listed_to_score = record.ended_early ? 0 : held_out_views(source.scene);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Feeds a LiveModel: with a capture, played at its own pace as if somebody walked through the scene now, or with what
-// another program sends.
+// Feeds a LiveModel with a capture, which is played at the pace at which it was taken, or with the frames that another
+// program sends.
 #pragma once
 
 #include <cstdint>
@@ -31,7 +31,7 @@ struct PlaybackOptions {
 // Throws std::invalid_argument naming the field, its value and the rule that it breaks.
 void check(const PlaybackOptions& options);
 
-// What is known while the stream runs.
+// Tells how far the stream has come.
 struct PlaybackProgress {
   double time = 0, seconds = 0;       // of the stream: now, and its last frame's; 0: not known
   std::size_t frame = 0, frames = 0;  // those that came, and all; 0: not known
@@ -45,7 +45,7 @@ struct PlaybackCallbacks {
   std::function<std::shared_ptr<void>(LiveModel&)> watch;  // as AtlasWatch
 };
 
-// How the calls of the stream went, and what became of its views.
+// Records the times of the calls of the stream, and the outcomes of its views.
 struct PlaybackRecord {
   std::size_t frames = 0;        // that were played
   double seconds = 0;            // wall time of the stream

@@ -160,7 +160,6 @@ export class PageEditor {
     text.rows = 2;
     title.setAttribute('aria-label', `Title of annotation ${i + 1}`);
     text.setAttribute('aria-label', `Text of annotation ${i + 1}`);
-    text.placeholder = 'Text';
     title.addEventListener('input', () => this.changeAnnotation(i, {title: title.value}));
     text.addEventListener('input', () => this.changeAnnotation(i, {text: text.value}));
     const buttons = document.createElement('div');

@@ -156,7 +156,7 @@ export function parsePageFile(text) {
   };
 }
 
-// What is empty is left out.
+// Returns the text of the file, without fields that are empty.
 /** @param {PageFile} file */
 export function printPageFile(file) {
   const isThere = (/** @type {unknown} */ value) =>

@@ -36,7 +36,7 @@ function expOfTurn(turn) {
   return unitQuaternion([...times(turn, half > 1e-9 ? Math.sin(half) / (2 * half) : 0.5), Math.cos(half)]);
 }
 
-// Of the two quaternions of a turn, the one that is nearer to another.
+// Returns that one of the two quaternions of a turn which is nearer to another.
 /** @param {number[]} q @param {number[]} to */
 const nearerQuaternion = (q, to) => q.reduce((sum, value, i) => sum + value * to[i], 0) < 0 ? q.map((v) => -v) : q;
 

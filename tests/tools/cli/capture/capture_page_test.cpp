@@ -16,7 +16,7 @@
 #include "mesh/base/errors.h"
 #include "tests/support/skip.h"
 #include "tests/support/temporary_folder.h"
-#include "tests/tools/cli/capture_surroundings.h"
+#include "tests/tools/cli/capture/capture_surroundings.h"
 #include "tests/tools/cli/program_here.h"
 #include "tests/tools/viewer/browser.h"
 #include "tests/tools/viewer/test_site.h"

@@ -15,7 +15,7 @@
 
 #include "atlas/images/photograph.h"
 #include "tests/support/skip.h"
-#include "tests/tools/cli/capture_surroundings.h"
+#include "tests/tools/cli/capture/capture_surroundings.h"
 #include "tests/tools/cli/program.h"
 #include "tests/tools/cli/program_here.h"
 #include "tools/base/process/child_process.h"

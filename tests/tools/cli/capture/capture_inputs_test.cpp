@@ -24,7 +24,7 @@
 #include "mesh/base/errors.h"
 #include "mesh/base/whole_file.h"
 #include "tests/support/skip.h"
-#include "tests/tools/cli/capture_surroundings.h"
+#include "tests/tools/cli/capture/capture_surroundings.h"
 #include "tools/base/process/child_process.h"
 #include "tools/capture/sources/capture_sources.h"
 #include "tools/capture/sources/prepared_photographs.h"
