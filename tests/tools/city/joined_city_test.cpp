@@ -14,8 +14,6 @@ namespace lumatlas {
 
 namespace {
 
-namespace fs = std::filesystem;
-
 BuildResult built_in_one_piece() {
   BuildOptions options = small_city_options(1).build;
   options.texture_px.reset();
