@@ -8,6 +8,8 @@ layout(location = 1) in vec3 srgb;      // the vertex's colour
 layout(location = 2) in vec3 shares;    // shares of the zone's first three cells
 layout(location = 3) in uint zone;      // the same at all corners of a face
 
+uniform uint first_zone;  // the number of the mesh's first zone, where several meshes share the tables
+
 out vec3 linear_color;
 out vec3 cell_shares;
 flat out uint zone_of_face;
@@ -30,5 +32,5 @@ void main() {
   gl_Position = vec4(clip_from_cam.xy * cam.xy + clip_from_cam.zw * cam.z, clip_z, cam.z);
   linear_color = linear_from_srgb(srgb);
   cell_shares = shares;
-  zone_of_face = zone;
+  zone_of_face = first_zone + zone;
 }

@@ -194,7 +194,11 @@ TEST_CASE("chunks come nearest first, show the picture of one chunk, and the coa
   int asked = 0;
   const Network network = [&](const std::string& name) -> Trouble {
     const std::lock_guard lock(mutex);
-    if (name.starts_with("chunks/surface-")) order.push_back(name.substr(7));
+    // Of the first, small parts come beforehand, which say which tiles there are.
+    if (name.starts_with("chunks/surface-")) {
+      std::erase(order, name.substr(7));
+      order.push_back(name.substr(7));
+    }
     return {name == lost && ++asked <= 2 ? Kind::refused : Kind::none, {}};
   };
   const Said said = said_in_browser(files, "/test.html#chunks", 640, 480, network);
@@ -217,6 +221,20 @@ TEST_CASE("chunks come nearest first, show the picture of one chunk, and the coa
   CHECK(std::stod(said.at("hole-later-psnr")) > 60);
 }
 
+TEST_CASE("chunks that do not fit give way to those that the camera needs") {
+  std::vector<SiteFile> files = sites_and_test("network_test.html", {});
+  for (const SiteFile& file : site_in_chunks()) files.push_back(in_folder("chunks", file));
+  const Said said = said_in_browser(files, "/test.html#crowded");
+  if (said.empty()) return;
+  CHECK(problem_of(said) == "");
+  CHECK(said.at("crowded") == " true true true");
+  CHECK(said.at("crowded-3") == "true true 0");
+  CHECK(said.at("crowded-8") == "true true 0");
+  CHECK(said.at("crowded-moved") == "true");
+  CHECK(said.at("crowded-whole") == "true false");
+  CHECK(std::stod(said.at("crowded-psnr")) > 60);
+}
+
 TEST_CASE("a manifest says how many bytes the files have") {
   std::vector<SiteFile> files = site_files();
   const json tileset = parsed(file_named(files, "tileset.json"));
@@ -237,10 +255,19 @@ TEST_CASE("a page whose site was written anew shows the new site") {
   store(manifest, scene);
   files.push_back(now);
   files.back().name = "old/now.json";
+  for (const SiteFile& file : site_in_chunks()) files.push_back(in_folder("oldchunks", file));
+  SiteFile& of_chunks = file_named(files, "oldchunks/tileset.json");
+  const SiteFile chunks_now = of_chunks;
+  json chunks = parsed(of_chunks);
+  chunks["root"]["children"][1]["content"]["uri"] = "surface-of-before.glb";
+  store(of_chunks, chunks);
+  files.push_back(chunks_now);
+  files.back().name = "oldchunks/now.json";
   const Said said = said_in_browser(files, "/test.html#old");
   if (said.empty()) return;
   CHECK(problem_of(said) == "");
   CHECK(said.at("old") == "4 of 4 pictures alike, missing: ");
+  CHECK(said.at("old-chunks") == "true ");
 }
 
 TEST_CASE("requests are made a bounded number of times, with growing pauses, and end when the page is closed") {

@@ -142,6 +142,7 @@ export interface MeshSource {
   mesh(): Promise<Mesh>;
   colors(): Promise<Uint8Array<ArrayBuffer>>;
   tables(scene: Scene): Promise<Tables>;
+  residentTiles(scene: Scene): Promise<Uint32Array<ArrayBuffer>>;
   release(): Promise<void>;
 }
 
@@ -150,21 +151,21 @@ export interface MeshFile {
   file: string;
   colors: string;
   tables: string;
-  source: MeshSource;
+  source: MeshSource;     // of chunks the first
   chunks: Chunks | null;  // of a surface in several files
 }
 
 // A file with a chunk.
 export interface ChunkSource extends MeshSource {
   uri: string;
-  zoneCount(): Promise<number>;
 }
 
 // What was read of a chunk.
 export interface Chunk {
+  number: number;
+  uri: string;
   mesh: Mesh;
-  zones: number;
-  tables: Tables | null;
+  tables: Tables;
 }
 
 // blend/blend_options.h

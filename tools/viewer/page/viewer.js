@@ -13,6 +13,7 @@ import {texelForm} from './drawing/photograph_forms.js';
 import {Photographs} from './drawing/photographs.js';
 import {PictureSizes} from './drawing/picture_sizes.js';
 import {Renderer, partsOf} from './drawing/renderer.js';
+import {ResidentChunks} from './drawing/resident_chunks.js';
 import {Residents} from './drawing/residents.js';
 import {SiteFiles} from './reading/site_files.js';
 /** @import {Chunks} from './reading/chunks.js' */
@@ -34,8 +35,9 @@ const ASK_AGAIN_MS = 1000;  // how often to ask for a new version of a model tha
 const BACK_AGAIN_MS = 50;   // how often to look whether the GPU is back
 const STILL_AFTER_MS = 250;
 const PRESENT_MS = 250;     // after which new parts of a still frame are shown
-const CHUNKS_AT_ONCE = 2;    // that are fetched at the same time
-const SHARE_OF_DRAWING = 3;  // time between two meshes, by the time that it takes to make one
+const MESH = 'mesh';         // the name of a surface in one piece
+const MOST_FOR_CHUNKS = 1 / 2;  // share of what pictures do not take
+const CHUNKS_VARY = 1.25;    // from the first of them
 const PROGRAMS_MS = 100;    // after which programs may have been compiled
 const FIELD_OF_VIEW = 50;   // degrees
 const PHONE_MIB = 100;      // GPU memory that a phone gives a page without closing others
@@ -132,9 +134,9 @@ export class Viewer {
     this.residents = new Residents(this);
     this.hasMesh = false;
     /** @type {string | null} */
-    this.meshFile = null;
-    /** @type {Mesh | null} */
-    this.coarse = null;  // the coarse mesh, as long as chunks are missing
+    this.meshFile = null;  // whose mesh is drawn, all of it
+    /** @type {ResidentChunks | null} */
+    this.chunks = null;    // of a surface in several files
     /** @type {Scene | null} */
     this.taken = null;  // the scene whose tables are there
     /** @type {Fence | null} */
@@ -282,11 +284,37 @@ export class Viewer {
   }
 
   async loadMissing() {
-    const mesh = await this.loadMeshes();
-    const {chunks, file} = this.scene.mesh;
-    if (mesh || chunks?.hasTables() || this.meshFile === file) await this.takeTables(this.scene, mesh);
-    if (this.renderer.photographs) await this.residents.provide(this.camera());
+    const {scene} = this;
+    const {chunks, file} = scene.mesh;
+    if (scene.coarse && !this.hasMesh) await this.loadMesh('coarse', scene.coarse);
+    if (chunks) {
+      await this.loadChunks(chunks);
+    } else {
+      if (this.meshFile !== file) await this.loadMesh('mesh', scene.mesh);
+      if (this.meshFile === file) await this.takeTables(scene);
+      if (this.renderer.photographs) await this.residents.provide(this.camera());
+    }
+    if (this.meshFile === file) this.losses.clearPart('coarse');
     if (this.losses.anyGone()) await this.takeNewest();
+  }
+
+  // Draws chunks as they come, and photographs as soon as there is one.
+  /** @param {Chunks} chunks */
+  async loadChunks(chunks) {
+    const {renderer, scene} = this;
+    this.chunks ??= new ResidentChunks(this, scene, chunks);
+    const drawn = this.chunks;
+    const whole = drawn.provide(this.camera());
+    const resident = this.taken ? this.resident : await this.attempt('tables', () => drawn.residentTiles());
+    this.expect(renderer);
+    if (resident) this.resident = resident;
+    await Promise.race([whole, drawn.begun]);
+    this.expect(renderer);
+    if (resident && !this.taken && drawn.there.size > 0) this.takeScene(scene, null);
+    const photographs = renderer.photographs ? this.residents.provide(this.camera()) : null;
+    await Promise.all([whole, photographs]);
+    if (photographs) await this.residents.provide(this.camera());
+    if (this.chunks === drawn && drawn.isWhole()) this.meshFile = scene.mesh.file;
   }
 
   // Asks again for what is missing, later and later, until nothing is.
@@ -298,83 +326,12 @@ export class Viewer {
       for (let number = 1; this.losses.any(); ++number) {
         await fetching.pause(fetching.laterMs, number);
         this.residents.askAgain();
+        this.chunks?.askAgain();
         await this.load();
       }
     } finally {
       this.loadsLater = false;
     }
-  }
-
-  // Returns a mesh that is to be drawn with its tables at once, where photographs are drawn already; null: there is
-  // none.
-  /** @returns {Promise<Mesh | null>} */
-  async loadMeshes() {
-    const {scene} = this;
-    if (scene.coarse && !this.hasMesh) await this.loadMesh('coarse', scene.coarse);
-    const {chunks} = scene.mesh;
-    let mesh = null;
-    if (this.meshFile !== scene.mesh.file) {
-      if (chunks) {
-        mesh = await this.loadChunks(chunks);
-      } else {
-        await this.loadMesh('mesh', scene.mesh);
-      }
-    }
-    if (this.meshFile === scene.mesh.file) {
-      this.coarse = null;
-      this.losses.clearPart('coarse');
-    }
-    return mesh;
-  }
-
-  // Draws each chunk as it comes, those nearest to the camera first.
-  /** @param {Chunks} chunks @returns {Promise<Mesh | null>} */
-  async loadChunks(chunks) {
-    const {renderer} = this;
-    const before = chunks.missing().length;
-    /** @type {Set<number>} */
-    const asked = new Set();
-    /** @type {FetchFailure | null} */
-    let failure = null;
-    let drawn = {at: -Infinity, ms: 0, missing: before};
-    const draw = () => {
-      const start = performance.now();
-      this.takeMesh(chunks.joined(this.coarse), this.fileOf(chunks));
-      this.invalidate();
-      const now = performance.now();
-      drawn = {at: now, ms: now - start, missing: chunks.missing().length};
-    };
-    const loadNext = async () => {
-      for (;;) {
-        const number = chunks.next(this.navigation.pose.position, asked);
-        if (number < 0) return;
-        asked.add(number);
-        try {
-          await chunks.load(number);
-        } catch (error) {
-          if (!(error instanceof FetchFailure)) throw error;
-          failure = error;
-          if (!this.passesBy(error)) this.losses.notePart('chunk', error);
-        }
-        this.expect(renderer);
-        // The whole mesh goes to the GPU again, for which chunks that come faster wait.
-        const isTime = performance.now() - drawn.at > SHARE_OF_DRAWING * drawn.ms;
-        if (!this.taken && isTime && chunks.missing().length < drawn.missing) draw();
-      }
-    };
-    await Promise.all(Array.from({length: CHUNKS_AT_ONCE}, loadNext));
-    if (!failure) this.losses.clearPart('chunk');
-    if (chunks.missing().length === before && this.hasMesh && this.meshFile !== null) return null;
-    if (this.taken) return chunks.joined(this.coarse);
-    if (chunks.missing().length < drawn.missing || !this.hasMesh) draw();
-    return null;
-  }
-
-  // The name of the mesh that the chunks that are there make.
-  /** @param {Chunks} chunks */
-  fileOf(chunks) {
-    const missing = chunks.missing();
-    return this.scene.mesh.file + (missing.length > 0 ? ` without ${missing}` : '');
   }
 
   /** @param {LossPart} part @param {MeshFile} mesh */
@@ -383,18 +340,46 @@ export class Viewer {
     const loaded = await this.attempt(part, () => loadMesh(mesh));
     this.expect(renderer);
     if (!loaded) return;
-    if (part === 'coarse' && this.scene.mesh.chunks) this.coarse = loaded;
-    this.takeMesh(loaded, mesh.file);
+    const {chunks} = this.scene.mesh;
+    if (part === 'coarse' && chunks) {
+      this.takeCoarse(loaded, chunks);
+    } else {
+      this.takeMesh(loaded, mesh.file);
+    }
     this.invalidate();
   }
 
+  /** @param {Mesh} mesh @param {Chunks} chunks */
+  takeCoarse(mesh, chunks) {
+    this.chunks ??= new ResidentChunks(this, this.scene, chunks);
+    this.chunks.setCoarse(mesh);
+    this.noteOffset(mesh);
+    this.hasMesh = true;
+  }
+
+  // The whole surface, in the place of what was drawn of it.
   /** @param {Mesh} mesh @param {string} file */
   takeMesh(mesh, file) {
-    this.renderer.setMesh(mesh);
-    this.offset = mesh.offset ?? this.offset;
-    this.residents.forget();  // depths are drawn from the mesh
+    const {surface} = this.renderer;
+    surface.removeAllBut(new Set([MESH]));
+    surface.setMesh(MESH, mesh);
+    this.chunks = null;
+    this.noteOffset(mesh);
     this.meshFile = file;
+    this.surfaceChanged(null);
+  }
+
+  /** @param {Mesh} mesh */
+  noteOffset(mesh) {
+    this.offset = mesh.offset ?? this.offset;
+  }
+
+  // The surface in `boxes` was replaced; null: all of it.
+  /** @param {number[][] | null} boxes */
+  surfaceChanged(boxes) {
     this.hasMesh = true;
+    this.residents.surfaceChanged(boxes);
+    this.invalidate();
   }
 
   // The site may have been written anew: the files of the version that this page knows are then gone.
@@ -417,12 +402,36 @@ export class Viewer {
   /** @param {Scene} scene */
   async follow(scene) {
     const {renderer} = this;
-    const mesh = this.meshFile === scene.mesh.file ? null :
-        await this.attempt('version', () => loadMesh(scene.mesh));
-    this.expect(renderer);
-    if (!mesh && this.meshFile !== scene.mesh.file) return false;
-    if (!await this.takeTables(scene, mesh, 'version')) return false;
+    const {chunks, file} = scene.mesh;
+    if (chunks) {
+      if (!await this.followChunks(scene, chunks)) return false;
+    } else {
+      const mesh = this.meshFile === file ? null : await this.attempt('version', () => loadMesh(scene.mesh));
+      this.expect(renderer);
+      if (!mesh && this.meshFile !== file) return false;
+      if (!await this.takeTables(scene, mesh, 'version')) return false;
+    }
     await this.residents.provide(this.camera());
+    return true;
+  }
+
+  // The chunks of another version of the scene, at once, so that no picture is drawn of two versions.
+  /** @param {Scene} scene @param {Chunks} chunks */
+  async followChunks(scene, chunks) {
+    const {renderer} = this;
+    const next = new ResidentChunks(this, scene, chunks);
+    if (this.chunks) next.keepFrom(this.chunks);
+    const loaded = await this.attempt('version', async () => {
+      if (!await next.stage(this.camera())) return null;
+      return {coarse: scene.coarse && await loadMesh(scene.coarse), resident: await next.residentTiles()};
+    });
+    this.expect(renderer);
+    if (!loaded) return false;
+    this.chunks = next;
+    this.resident = loaded.resident;
+    next.replaceAll(loaded.coarse);
+    this.meshFile = next.isWhole() ? scene.mesh.file : null;
+    this.takeScene(scene, null);
     return true;
   }
 
@@ -431,8 +440,6 @@ export class Viewer {
   /** @param {Scene} scene @param {Mesh | null} mesh @param {LossPart} part */
   async takeTables(scene, mesh = null, part = 'tables') {
     const {renderer, taken} = this;
-    const {chunks, file} = scene.mesh;
-    const name = chunks && scene === this.scene ? this.fileOf(chunks) : file;
     // A mesh brings its colours.
     const newTables = mesh || !taken || scene.mesh.tables !== taken.mesh.tables;
     const newColors = !mesh && taken && scene.mesh.colors !== taken.mesh.colors;
@@ -442,8 +449,8 @@ export class Viewer {
     this.expect(renderer);
     if (!loaded) return false;
     const [tables, colors] = loaded;
-    if (mesh) this.takeMesh(mesh, name);
-    if (colors) renderer.setColors(colors);
+    if (mesh) this.takeMesh(mesh, scene.mesh.file);
+    if (colors) renderer.surface.setColors(MESH, colors);
     this.takeScene(scene, tables);
     return true;
   }
@@ -453,7 +460,7 @@ export class Viewer {
   takeScene(scene, tables) {
     const {gl, renderer} = this;
     if (tables) {
-      renderer.setTables(tables);
+      renderer.surface.setTables(MESH, tables);
       this.resident = tables.resident;
     }
     const {resident} = this;
@@ -528,7 +535,7 @@ export class Viewer {
     this.forgetGpu();
     this.startGpu();
     this.renders = new Renderer(this.gl, scene, shaders);
-    this.renders.setShownPart(this.shownPart);
+    this.renders.surface.setShownPart(this.shownPart);
     this.quietly(this.load());
   }
 
@@ -570,17 +577,32 @@ export class Viewer {
         Photographs.bytesBesides(this.scene, this.form, tiles);
   }
 
-  // Bytes that besides() and the mesh leave for photographs with `tiles`.
+  // Bytes that the surface takes, or may take once its chunks have come.
+  surfaceBytes() {
+    const bytes = this.renderer.surface.bytes();
+    return this.chunks && this.chunks.room < Infinity ? Math.max(bytes, this.chunks.room) : bytes;
+  }
+
+  // Bytes that chunks may take on the GPU of `all` that they would take.
+  /** @param {number} all */
+  roomForChunks(all) {
+    const left = this.memory * MEBIBYTE - this.besides(this.resident.length);
+    return Math.max(0, Math.min(CHUNKS_VARY * all, MOST_FOR_CHUNKS * left));
+  }
+
+  // Bytes that besides() and the surface leave for photographs with `tiles`.
   /** @param {number} tiles */
   forPhotographs(tiles) {
-    const left = this.memory * MEBIBYTE - this.renderer.bytes() - this.besides(tiles);
+    const {renderer} = this;
+    const taken = renderer.bytes() - renderer.surface.bytes() + this.surfaceBytes();
+    const left = this.memory * MEBIBYTE - taken - this.besides(tiles);
     return Math.max(LEAST_FOR_PHOTOGRAPHS * this.memory, left);
   }
 
   // Null: all has room. Photographs take their least share of what would be enough.
   /** @param {Layout} layout @param {number} tiles @returns {Overrun | null} */
   overrun(layout, tiles) {
-    const mesh = this.renderer.modelBytes() / MEBIBYTE;
+    const mesh = this.surfaceBytes() / MEBIBYTE;
     const others = mesh + this.besides(tiles) / MEBIBYTE;
     const all = others + layout.bytes / MEBIBYTE;
     if (all <= this.memory) return null;
@@ -656,7 +678,7 @@ export class Viewer {
   /** @param {ShownPart | null} part */
   setShownPart(part) {
     this.shownPart = part;
-    this.renderer.setShownPart(part);
+    this.renderer.surface.setShownPart(part);
     this.invalidate();
   }
 
@@ -773,8 +795,10 @@ export class Viewer {
   // Loads what that camera needs, while pictures go on.
   /** @param {Camera} camera */
   async provide(camera) {
-    if (!this.residents.scarce()) return;
-    await this.residents.provide(camera);
+    const {residents, chunks} = this;
+    if (!residents.scarce() && (!chunks || chunks.isWhole())) return;
+    const [cameChunks] = await Promise.all([chunks?.provide(camera), residents.provide(camera)]);
+    if (cameChunks) await residents.provide(camera);
     if (this.losses.any()) await this.loadLater();
   }
 

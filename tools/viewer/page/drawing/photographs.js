@@ -16,6 +16,14 @@ const PICTURE_PIXEL_BYTES = 4 + 1;  // a picture before it is stored, with its m
 const ALL_VALID = 254;
 const DEPTH_PIXEL_BYTES = 4;        // a depth from which the view's depths are found
 
+// Lets pixels go to the GPU as they are.
+/** @param {WebGL2RenderingContext} gl */
+function unpackAsItIs(gl) {
+  gl.pixelStorei(gl.UNPACK_ALIGNMENT, 1);
+  gl.pixelStorei(gl.UNPACK_PREMULTIPLY_ALPHA_WEBGL, false);
+  gl.pixelStorei(gl.UNPACK_COLORSPACE_CONVERSION_WEBGL, gl.NONE);
+}
+
 export class Photographs {
   // `resident`: for each tile of the scene, 1 or 0.
   /**
@@ -99,19 +107,10 @@ export class Photographs {
     const place = this.placeFor(slot, instead);
     const passing = new GlObjects(gl);
     const image = makeTexture(passing, gl.RGBA8, picture.width, picture.height);
-    gl.pixelStorei(gl.UNPACK_ALIGNMENT, 1);
-    gl.pixelStorei(gl.UNPACK_PREMULTIPLY_ALPHA_WEBGL, false);
-    gl.pixelStorei(gl.UNPACK_COLORSPACE_CONVERSION_WEBGL, gl.NONE);
+    unpackAsItIs(gl);
     gl.texSubImage2D(gl.TEXTURE_2D, 0, 0, 0, gl.RGBA, gl.UNSIGNED_BYTE, picture);
-    const valid = makeTexture(passing, gl.R8, picture.width, picture.height);
-    if (mask) {
-      gl.texSubImage2D(gl.TEXTURE_2D, 0, 0, 0, gl.RED, gl.UNSIGNED_BYTE, mask);
-    } else {
-      const all = new Uint8Array(picture.width * picture.height).fill(ALL_VALID);
-      gl.texSubImage2D(gl.TEXTURE_2D, 0, 0, 0, picture.width, picture.height, gl.RED, gl.UNSIGNED_BYTE, all);
-    }
     bindTexture(gl, 'image', gl.TEXTURE_2D, image);
-    bindTexture(gl, 'mask', gl.TEXTURE_2D, valid);
+    this.bindMask(passing, mask, picture);
     renderer.setState();
     const pixels = picture.width / view.width / this.layout.scale;  // of the picture in a texel, along a side
     this.storeLevels(place, pixels);
@@ -122,6 +121,35 @@ export class Photographs {
     mask?.close();
     this.fill(slot);
     this.tileSlots.store(this.slots, 1);
+  }
+
+  // Binds the mask of a picture; null: all of it is valid.
+  /** @param {GlObjects} passing @param {ImageBitmap | null} mask @param {{width: number, height: number}} size */
+  bindMask(passing, mask, {width, height}) {
+    const {gl} = this;
+    const valid = makeTexture(passing, gl.R8, width, height);
+    unpackAsItIs(gl);
+    if (mask) {
+      gl.texSubImage2D(gl.TEXTURE_2D, 0, 0, 0, gl.RED, gl.UNSIGNED_BYTE, mask);
+    } else {
+      const all = new Uint8Array(width * height).fill(ALL_VALID);
+      gl.texSubImage2D(gl.TEXTURE_2D, 0, 0, 0, width, height, gl.RED, gl.UNSIGNED_BYTE, all);
+    }
+    bindTexture(gl, 'mask', gl.TEXTURE_2D, valid);
+  }
+
+  // Draws the depths of a view that is there anew. `mask`: null where all of it is valid.
+  /** @param {number} slot @param {ImageBitmap | null} mask @param {Renderer} renderer */
+  storeDepths(slot, mask, renderer) {
+    const view = this.scene.views[slot];
+    const cell = this.cells.get(slot);
+    if (!view || cell === undefined) return;
+    const passing = new GlObjects(this.gl);
+    const size = mask ?? {width: 1, height: 1};
+    this.bindMask(passing, mask, size);
+    renderer.setState();
+    this.drawDepths(placeOf(this.layout, cell), view, renderer, size.width / view.width / this.layout.scale);
+    passing.release();
   }
 
   /** @param {number} slot @param {number | undefined} instead */

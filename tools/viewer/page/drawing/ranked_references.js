@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Orders the references of each zone by the most that they can weigh in a picture, as
 // blend/tables/ranked_references.cpp does, so that a pixel looks at the first few and stops.
-import {add, dot, length, normalized, poseOf, row, subtract, times} from '../camera.js';
-import {Table} from './tables.js';
-/** @import {Camera, Mesh, Scene, Tables, Vector} from '../types.d.ts' */
+import {poseOf} from '../camera.js';
+import {Pyramid, ballAround} from './pyramid.js';
+/** @import {TablePool} from './table_pool.js' */
+/** @import {BlendSettings, Camera, Tables, Vector} from '../types.d.ts' */
 
 const ABOVE_ALL = 2;     // a bound above every weight
 const ROUNDING = 1e-5;   // kRounding there
@@ -45,28 +46,6 @@ export function boundOfWeight({center, radius}, novel, stored, {lambda, printed_
   return lambda * direction + (1 - lambda) * position + ROUNDING;
 }
 
-// The planes that bound what a camera sees, as their unit normals: view_pyramid() of blend/tables/view_pyramid.h.
-/** @param {Camera} camera @returns {Vector[]} */
-const pyramidOf = ({fx, fy, cx, cy, width, height}) =>
-    [[0, 0, 1], [fx, 0, cx], [-fx, 0, width - cx], [0, fy, cy], [0, -fy, height - cy]].map(normalized);
-
-// The box of each zone's vertices: least and most x, y, z.
-/** @param {Mesh} mesh */
-export function boxesOfZones({positions, zones}) {
-  const count = zones.reduce((most, zone) => Math.max(most, zone + 1), 0);
-  const boxes = new Float32Array(6 * count);
-  for (let i = 0; i < boxes.length; ++i) boxes[i] = i % 6 < 3 ? Infinity : -Infinity;
-  for (let vertex = 0; vertex < zones.length; ++vertex) {
-    const box = 6 * zones[vertex];
-    for (let axis = 0; axis < 3; ++axis) {
-      const value = positions[3 * vertex + axis];
-      if (value < boxes[box + axis]) boxes[box + axis] = value;
-      if (value > boxes[box + 3 + axis]) boxes[box + 3 + axis] = value;
-    }
-  }
-  return boxes;
-}
-
 // A ball around all zones that have a list of references in common, for each list.
 /** @param {Uint32Array} zones @param {Float32Array} boxes @returns {ZoneBall[]} */
 function ballsOf(zones, boxes) {
@@ -83,72 +62,80 @@ function ballsOf(zones, boxes) {
       most: known.most.map((value, axis) => Math.max(value, most[axis])),
     } : {from, to, least, most});
   }
-  return [...lists.values()].map(({from, to, least, most}) => (
-    {from, to, center: times(add(least, most), 0.5), radius: length(subtract(most, least)) / 2}));
+  return [...lists.values()].map(({from, to, least, most}) => ({from, to, ...ballAround([...least, ...most])}));
 }
 
 export class RankedReferences {
-  // `boxes`: boxesOfZones() of the mesh that is drawn.
-  /** @param {WebGL2RenderingContext} gl @param {Tables} tables @param {Float32Array} boxes */
-  constructor(gl, {zones, references}, boxes) {
+  // `boxes`: those of the zones of the mesh that is drawn, least and most x, y, z each.
+  /** @param {TablePool} pool @param {Tables} tables @param {Float32Array} boxes */
+  constructor(pool, {zones, references}, boxes) {
+    this.pool = pool;
     this.zones = zones;
-    this.balls = ballsOf(zones, boxes);
-    this.entries = new Uint32Array(2 * references.length);
-    this.bounds = new Float32Array(this.entries.buffer);
-    references.forEach((reference, i) => {
-      this.entries[2 * i] = reference;
-      this.bounds[2 * i + 1] = ABOVE_ALL;
-    });
-    this.table = new Table(gl, this.entries, 2);
+    this.range = pool.take(references.length);
     this.ranked = '';  // what the table is ranked for
-    /** @type {{scene: Scene | null, centers: (Vector | null)[]}} */
-    this.stored = {scene: null, centers: []};
+    const {entries, bounds} = this.numbers();
+    references.forEach((reference, i) => {
+      entries[2 * i] = reference;
+      bounds[2 * i + 1] = ABOVE_ALL;
+    });
+    pool.stored(this.range);
+    this.balls = ballsOf(zones, boxes);
   }
 
   release() {
-    this.table.release();
+    this.pool.give(this.range);
+  }
+
+  // For each reference two numbers: what it refers to, and the bits of its bound.
+  numbers() {
+    const entries = this.pool.numbers(this.range);
+    return {entries, bounds: new Float32Array(entries.buffer, entries.byteOffset, entries.length)};
   }
 
   /** @param {Float32Array} boxes */
   setBoxes(boxes) {
     this.balls = ballsOf(this.zones, boxes);
+    this.forget();
+  }
+
+  // Forgets what the table is ranked for.
+  forget() {
     this.ranked = '';
   }
 
-  // Sorts the references of the zones that a camera sees, and copies them to the GPU.
-  /** @param {Camera} camera @param {Scene} scene */
-  rank(camera, scene) {
+  // Sorts the references of the zones that a camera sees, and copies them to the GPU. `centers`: where each of the
+  // views was taken.
+  /** @param {Camera} camera @param {(Vector | null)[]} centers @param {BlendSettings} blend */
+  rank(camera, centers, blend) {
     const asked = JSON.stringify(camera);
-    if (this.ranked === asked && this.stored.scene === scene) return;
-    if (this.stored.scene !== scene) {
-      this.stored = {scene, centers: scene.views.map((view) => view && poseOf(view).position)};
-    }
+    if (this.ranked === asked) return;
     this.ranked = asked;
-    const pyramid = pyramidOf(camera);
+    const pyramid = new Pyramid(camera);
     const novel = poseOf(camera).position;
-    const rows = [0, 1, 2].map((number) => row(camera.rotation, number));
-    for (const ball of this.balls) {
-      const cam = rows.map((axis, number) => dot(axis, ball.center) + camera.translation[number]);
-      if (!pyramid.some((normal) => dot(normal, cam) < -ball.radius)) this.rankZone(ball, novel, scene);
-    }
-    this.table.store(this.entries, 2);
+    const numbers = this.numbers();
+    for (const ball of this.balls) if (pyramid.meets(ball)) rankZone(numbers, ball, novel, centers, blend);
+    this.pool.stored(this.range);
   }
+}
 
-  /** @param {ZoneBall} ball @param {Vector} novel @param {Scene} scene */
-  rankZone(ball, novel, {blend}) {
-    const {entries, bounds} = this;
-    const {centers} = this.stored;
-    for (let i = ball.from; i < ball.to; ++i) {
-      const entry = entries[2 * i];
-      const center = centers[entry & SLOT_MASK];
-      const bound = center ? boundOfWeight(ball, novel, center, blend) : 0;
-      let at = i;
-      for (; at > ball.from && bounds[2 * at - 1] < bound; --at) {
-        entries[2 * at] = entries[2 * at - 2];
-        bounds[2 * at + 1] = bounds[2 * at - 1];
-      }
-      entries[2 * at] = entry;
-      bounds[2 * at + 1] = bound;
+/**
+ * @param {{entries: Uint32Array, bounds: Float32Array}} numbers
+ * @param {ZoneBall} ball
+ * @param {Vector} novel
+ * @param {(Vector | null)[]} centers
+ * @param {BlendSettings} blend
+ */
+function rankZone({entries, bounds}, ball, novel, centers, blend) {
+  for (let i = ball.from; i < ball.to; ++i) {
+    const entry = entries[2 * i];
+    const center = centers[entry & SLOT_MASK];
+    const bound = center ? boundOfWeight(ball, novel, center, blend) : 0;
+    let at = i;
+    for (; at > ball.from && bounds[2 * at - 1] < bound; --at) {
+      entries[2 * at] = entries[2 * at - 2];
+      bounds[2 * at + 1] = bounds[2 * at - 1];
     }
+    entries[2 * at] = entry;
+    bounds[2 * at + 1] = bound;
   }
 }

@@ -7,13 +7,12 @@ import {nearbyExposure} from './exposure.js';
 import {Glances, MOST_GLANCE_BYTES} from './glances.js';
 import {GlObjects, Targets} from './gl_objects.js';
 import {Programs} from './programs.js';
-import {RankedReferences, boxesOfZones} from './ranked_references.js';
-import {sortShown} from './shown_faces.js';
+import {Surface} from './surface.js';
 import {CELLS_OF_SHADER} from '../reading/surface.js';
-import {Table, bindTexture, makeTexture} from './tables.js';
+import {bindTexture, makeTexture} from './tables.js';
 /** @import {Photographs} from './photographs.js' */
 /** @import {PictureTarget, Sized, SurfaceTarget} from './gl_objects.js' */
-/** @import {Camera, Mesh, Mode, Scene, Shaders, ShownPart, Size, Tables, Vector} from '../types.d.ts' */
+/** @import {Camera, Mode, Scene, Shaders, Size, Vector} from '../types.d.ts' */
 
 const SAMPLED = 4;                  // in the stencil: pixels that are means over samples
 const NOTHING = 0xFFFFFFFF;
@@ -57,14 +56,6 @@ export function partsOf({width, height}, partPx) {
   return parts.sort((a, b) => far(a) - far(b));
 }
 
-// The deviation of each zone's surface, whose upper 16 bits tables have.
-/** @param {Tables} tables */
-function deviationsOf({zones}) {
-  const bits = new Uint32Array(zones.length / 4);
-  for (let zone = 0; zone < bits.length; ++zone) bits[zone] = zones[4 * zone + 3] << 16;
-  return new Float32Array(bits.buffer);
-}
-
 export class Renderer {
   /** @param {WebGL2RenderingContext} gl @param {Scene} scene @param {Shaders} shaders */
   constructor(gl, scene, shaders) {
@@ -74,141 +65,35 @@ export class Renderer {
     this.glances = new Glances(this);
     this.targets = new Targets(gl, () => this.noteBytes());
     this.objects = new GlObjects(gl);
-    this.meshObjects = new GlObjects(gl);
+    this.surface = new Surface(gl);
     this.block = this.objects.buffer();
     gl.bindBuffer(gl.UNIFORM_BUFFER, this.block);
     gl.bufferData(gl.UNIFORM_BUFFER, BLOCK_BYTES, gl.DYNAMIC_DRAW);
     this.nothing = this.objects.vertexArray();
-    /**
-     * @type {{
-     *   vertices: WebGLVertexArrayObject, positions: WebGLBuffer, colors: WebGLBuffer, corners: WebGLBuffer,
-     *   counts: number[], behind: number, shown: number[], size: Size, bytes: number,
-     * } | null}
-     */
-    this.mesh = null;
-    /** @type {{zones: Table, cells: Table} | null} */
-    this.tables = null;
-    /** @type {RankedReferences | null} */
-    this.references = null;
-    this.boxes = new Float32Array();  // of the mesh's zones
-    this.deviations = new Float32Array();  // of the surface along a ray, scene units, one per zone
     /** @type {Photographs | null} */
     this.photographs = null;
     this.mostBytes = 0;
-    /** @type {ShownPart | null} */
-    this.shownPart = null;  // of the surface; null: all of it
+    /** @type {Camera | null} */
+    this.camera = null;  // that describe() was told of
   }
 
   release() {
     this.photographs?.release();
-    this.references?.release();
-    for (const table of Object.values(this.tables ?? {})) table.release();
-    for (const owner of [this.programs, this.targets, this.meshObjects, this.objects]) owner.release();
-  }
-
-  // In place of an earlier one.
-  /** @param {Mesh} mesh */
-  setMesh(mesh) {
-    const {gl, meshObjects} = this;
-    meshObjects.release();
-    const vertices = meshObjects.vertexArray();
-    gl.bindVertexArray(vertices);
-    let bytes = 0;
-    const buffer = (/** @type {number} */ target, /** @type {ArrayBufferView<ArrayBuffer>} */ data) => {
-      const made = meshObjects.buffer();
-      gl.bindBuffer(target, made);
-      gl.bufferData(target, data, gl.STATIC_DRAW);
-      bytes += data.byteLength;
-      return made;
-    };
-    const positions = buffer(gl.ARRAY_BUFFER, mesh.positions);
-    gl.vertexAttribPointer(0, 3, gl.FLOAT, false, 12, 0);
-    const colors = buffer(gl.ARRAY_BUFFER, mesh.colors);
-    gl.vertexAttribPointer(1, 3, gl.UNSIGNED_BYTE, true, 4, 0);
-    buffer(gl.ARRAY_BUFFER, mesh.shares);
-    gl.vertexAttribPointer(2, 3, gl.UNSIGNED_BYTE, true, 4, 0);
-    buffer(gl.ARRAY_BUFFER, mesh.zones);
-    gl.vertexAttribIPointer(3, 1, gl.UNSIGNED_INT, 4, 0);
-    for (let attribute = 0; attribute < 4; ++attribute) gl.enableVertexAttribArray(attribute);
-    const corners = buffer(gl.ELEMENT_ARRAY_BUFFER, mesh.corners);
-    gl.bindVertexArray(this.nothing);
-    const {counts, behind} = mesh;
-    this.mesh = {
-      vertices, positions, colors, corners, counts, behind, shown: [...counts, behind],
-      size: [mesh.positions.length, mesh.corners.length], bytes,
-    };
-    if (this.shownPart) this.sortFaces(mesh.positions, mesh.corners.slice());
-    this.boxes = boxesOfZones(mesh);
-    this.references?.setBoxes(this.boxes);
-  }
-
-  // Hides the faces whose middles are not in a part of the surface; null: shows all. What is hidden still stands before
-  // what photographs show, because it was there when they were taken.
-  /** @param {ShownPart | null} part */
-  setShownPart(part) {
-    this.shownPart = part;
-    const {gl, mesh} = this;
-    if (!mesh) return;
-    mesh.shown = [...mesh.counts, mesh.behind];
-    if (!part) return;
-    const corners = new Uint32Array(mesh.size[1]);
-    gl.bindVertexArray(mesh.vertices);
-    gl.getBufferSubData(gl.ELEMENT_ARRAY_BUFFER, 0, corners);
-    gl.bindVertexArray(this.nothing);
-    this.sortFaces(this.positions(), corners);
-  }
-
-  // Returns the positions of the mesh's vertices.
-  positions() {
-    const {gl, mesh} = this;
-    const positions = new Float32Array(mesh?.size[0] ?? 0);
-    if (!mesh) return positions;
-    gl.bindBuffer(gl.ARRAY_BUFFER, mesh.positions);
-    gl.getBufferSubData(gl.ARRAY_BUFFER, 0, positions);
-    return positions;
-  }
-
-  /** @param {Float32Array} positions @param {Uint32Array<ArrayBuffer>} corners */
-  sortFaces(positions, corners) {
-    const {gl, mesh, shownPart} = this;
-    if (!mesh || !shownPart) return;
-    mesh.shown = sortShown(positions, corners, [...mesh.counts, mesh.behind], shownPart);
-    gl.bindVertexArray(mesh.vertices);
-    gl.bufferSubData(gl.ELEMENT_ARRAY_BUFFER, 0, corners);
-    gl.bindVertexArray(this.nothing);
-  }
-
-  // Replaces the colours of the mesh's vertices, four bytes each.
-  /** @param {Uint8Array<ArrayBuffer>} colors */
-  setColors(colors) {
-    const {gl, mesh} = this;
-    if (!mesh) return;
-    gl.bindBuffer(gl.ARRAY_BUFFER, mesh.colors);
-    gl.bufferSubData(gl.ARRAY_BUFFER, 0, colors);
-  }
-
-  /** @param {Tables} tables */
-  setTables(tables) {
-    const {gl} = this;
-    this.references?.release();
-    for (const table of Object.values(this.tables ?? {})) table.release();
-    this.tables = {zones: new Table(gl, tables.zones, 4), cells: new Table(gl, tables.cells, 3)};
-    this.references = new RankedReferences(gl, tables, this.boxes);
-    this.deviations = deviationsOf(tables);
+    for (const owner of [this.programs, this.targets, this.surface, this.objects]) owner.release();
   }
 
   // Returns whether the programs for pictures are compiled; starts compiling them.
   ready() {
-    if (!this.mesh || !this.photographs || !this.tables) return false;
+    if (!this.photographs || !this.surface.hasTables()) return false;
     const drawn = CELLS_OF_SHADER.filter((_, i) => this.isDrawn(i));
     const blends = drawn.map((cells) => this.programs.ready('blend', cells));
     return [...['surface', 'fade', 'glance'].map((pass) => this.programs.ready(pass)), ...blends].every(Boolean);
   }
 
-  // Returns whether the mesh has faces that CELLS_OF_SHADER[i] cells share.
+  // Returns whether there are faces that CELLS_OF_SHADER[i] cells share.
   /** @param {number} i */
   isDrawn(i) {
-    return Boolean(this.mesh && (this.mesh.counts[i] || (i === 0 && this.mesh.behind)));
+    return this.surface.has(i) || (i === 0 && this.surface.has(CELLS_OF_SHADER.length));
   }
 
   readyForStills() {
@@ -225,16 +110,9 @@ export class Renderer {
         ofPart * (PICTURE_BYTES + samples * SURFACE_BYTES);
   }
 
-  // Bytes on the GPU of the mesh and of its tables.
-  modelBytes() {
-    let sum = (this.mesh?.bytes ?? 0) + (this.references?.table.bytes ?? 0);
-    for (const table of Object.values(this.tables ?? {})) sum += table.bytes;
-    return sum;
-  }
-
   // Bytes on the GPU, as they were asked for.
   bytes() {
-    return this.modelBytes() + (this.photographs?.bytes ?? 0) + this.targets.bytes();
+    return this.surface.bytes() + (this.photographs?.bytes ?? 0) + this.targets.bytes();
   }
 
   // The most that there ever was at a time; `besides`: what is there now for a moment.
@@ -244,6 +122,7 @@ export class Renderer {
 
   /** @param {Camera} camera @param {Vector} exposure */
   describe(camera, exposure) {
+    this.camera = camera;
     const {gl, scene} = this;
     const block = new ArrayBuffer(BLOCK_BYTES);
     const floats = new Float32Array(block);
@@ -279,10 +158,8 @@ export class Renderer {
   }
 
   bindTables() {
-    const {gl} = this;
     this.photographs?.bind();
-    for (const [name, table] of Object.entries(this.tables ?? {})) bindTexture(gl, name, gl.TEXTURE_2D, table.texture);
-    if (this.references) bindTexture(gl, 'references', gl.TEXTURE_2D, this.references.table.texture);
+    this.surface.bindTables();
   }
 
   // Returns the render target of the visible surface.
@@ -361,9 +238,8 @@ export class Renderer {
   // `marks`: the stencil says how many cells are blended. `whole`: with the hidden part.
   /** @param {SurfaceTarget} target @param {boolean} marks */
   drawSurface(target, marks, whole = false) {
-    const {gl, mesh} = this;
-    if (!mesh) return;
-    const drawn = whole ? [...mesh.counts, mesh.behind] : mesh.shown;
+    const {gl, camera} = this;
+    if (!camera) return;
     gl.bindFramebuffer(gl.FRAMEBUFFER, target.pass);
     gl.viewport(0, 0, target.width, target.height);
     if (target.surface) gl.clearBufferuiv(gl.COLOR, 0, [NOTHING, 0, 0, 0]);
@@ -376,19 +252,16 @@ export class Renderer {
     }
     gl.enable(gl.DEPTH_TEST);
     gl.depthFunc(gl.GREATER);
-    this.programs.use('surface');
-    gl.bindVertexArray(mesh.vertices);
-    let first = 0;
-    mesh.counts.forEach((count, i) => {
-      if (marks) gl.stencilFunc(gl.ALWAYS, i + 1, 0xFF);
-      if (drawn[i] > 0) gl.drawElements(gl.TRIANGLES, drawn[i], gl.UNSIGNED_INT, 4 * first);
-      first += count;
+    const firstZone = this.programs.use('surface').uniform('first_zone');
+    const pieces = this.surface.seenBy(camera);
+    CELLS_OF_SHADER.forEach((_, group) => {
+      if (marks) gl.stencilFunc(gl.ALWAYS, group + 1, 0xFF);
+      for (const piece of pieces) piece.draw(group, whole, firstZone);
     });
-    const behind = drawn[mesh.counts.length];
-    if (behind > 0) {
+    if (this.surface.has(CELLS_OF_SHADER.length)) {
       if (marks) gl.stencilFunc(gl.ALWAYS, 1, 0xFF);
       this.setNearDepth(this.scene.near_depth * (1 - BEHIND));
-      gl.drawElements(gl.TRIANGLES, behind, gl.UNSIGNED_INT, 4 * first);
+      for (const piece of pieces) piece.draw(CELLS_OF_SHADER.length, whole, firstZone);
       this.setNearDepth(this.scene.near_depth);
     }
     gl.disable(gl.STENCIL_TEST);
@@ -488,7 +361,7 @@ export class Renderer {
     this.drawSurface(target, true);
     if (this.ready()) {
       this.bindTables();
-      this.references?.rank(camera, this.scene);
+      this.surface.rank(camera, this.scene);
       this.drawBlend(target);
       this.drawFade(target);
     }
@@ -507,7 +380,7 @@ export class Renderer {
       const shown = partOf(camera, x, y, ...size);
       this.describe(shown, exposure);
       this.bindTables();
-      this.references?.rank(shown, this.scene);
+      this.surface.rank(shown, this.scene);
       const target = this.pictureTarget('part', ...size);
       this.drawSurface(target, true);
       this.drawBlend(target);
@@ -538,7 +411,7 @@ export class Renderer {
     this.setState();
     this.describe(camera, nearbyExposure(this.scene, camera));
     this.bindTables();
-    this.references?.rank(camera, this.scene);
+    this.surface.rank(camera, this.scene);
     gl.enable(gl.SCISSOR_TEST);
     gl.scissor(left, target.height - bottom, right - left, bottom - top);
     this.drawBlend(target);

@@ -3,8 +3,9 @@
 // until their place is needed, and are shown where a better one is not there yet.
 import {FetchFailure} from '../reading/fetching.js';
 import {ContextLost} from './gl_objects.js';
-import {viewsOf} from '../reading/model.js';
+import {loadMask, viewsOf} from '../reading/model.js';
 import {Photographs} from './photographs.js';
+import {Pyramid, ballAround} from './pyramid.js';
 /** @import {Viewer} from '../viewer.js' */
 /** @import {Camera, FetchedView, Scene, View} from '../types.d.ts' */
 
@@ -49,6 +50,8 @@ export class Residents {
     /** @type {Map<number, string>} */
     this.fresh = new Map();  // the views on the GPU, for each slot
     /** @type {Set<number>} */
+    this.stale = new Set();  // views on the GPU whose depths are of another surface
+    /** @type {Set<number>} */
     this.coming = new Set();
     /** @type {Set<number>} */
     this.lost = new Set();   // slots that could not be fetched and are not asked for until askAgain()
@@ -78,6 +81,21 @@ export class Residents {
   // Forgets all views on the GPU.
   forget() {
     this.fresh.clear();
+    this.stale.clear();
+  }
+
+  // Notes that depths of views are drawn again, because the surface has changed: of those that may see one of `boxes`;
+  // null: of all.
+  /** @param {number[][] | null} boxes */
+  surfaceChanged(boxes) {
+    const {renderer, scene} = this.viewer;
+    const balls = boxes?.map(ballAround);
+    for (const slot of renderer.photographs?.cells.keys() ?? []) {
+      const view = scene.views[slot];
+      if (!view) continue;
+      const pyramid = new Pyramid(view);
+      if (!balls || balls.some((ball) => pyramid.meets(ball))) this.stale.add(slot);
+    }
   }
 
   // Tries again to fetch the views that could not be fetched.
@@ -101,8 +119,14 @@ export class Residents {
     }));
   }
 
+  // What is fetched next: depths of a view that is there, or another view.
+  /** @returns {{slot: number, instead?: number, depths?: boolean} | null} */
   next() {
     const {cells, layout} = this.photographs;
+    for (const slot of this.stale) {
+      if (!cells.has(slot)) this.stale.delete(slot);
+      else if (!this.coming.has(slot) && !this.lost.has(slot)) return {slot, depths: true};
+    }
     return nextToFetch(
         this.ranked(), {held: cells, fresh: this.current(), coming: this.coming, lost: this.lost, room: layout.count});
   }
@@ -131,23 +155,27 @@ export class Residents {
   }
 
   async fetchOthers() {
-    for (let next = this.next(); next; next = this.next()) await this.fetch(next.slot);
+    for (let next = this.next(); next; next = this.next()) await this.fetch(next.slot, next.depths);
   }
 
-  // A view that cannot be fetched is noted as lost, and others go on.
+  // A view that cannot be fetched is noted as lost, and others go on. `depths`: nothing but its depths is made anew.
   /** @param {number} slot */
-  async fetch(slot) {
+  async fetch(slot, depths = false) {
     const {viewer, coming} = this;
     const {scene, losses} = viewer;
     const described = scene.views[slot];
     if (!described) return;
     coming.add(slot);
     try {
-      const view = await Photographs.fetched(viewer.files, described, slot);
-      this.expect();
-      ++this.fetched;
-      losses.clearView(slot);
-      this.store(view, scene);
+      if (depths) {
+        await this.renewDepths(slot, described, scene);
+      } else {
+        const view = await Photographs.fetched(viewer.files, described, slot);
+        this.expect();
+        ++this.fetched;
+        losses.clearView(slot);
+        this.store(view, scene);
+      }
     } catch (error) {
       if (!(error instanceof FetchFailure)) throw error;
       if (scene !== viewer.scene) return;  // another version has come meanwhile
@@ -172,11 +200,27 @@ export class Residents {
       view.mask?.close();
       return;
     }
+    this.stale.delete(slot);
     this.photographs.store(view, renderer, next.instead);
     if (next.instead !== undefined) this.fresh.delete(next.instead);
     this.fresh.set(slot, contentOf(described));
     viewer.quietly(this.noteOwnShare(slot, described));
     viewer.improve();
+  }
+
+  /** @param {number} slot @param {View} view @param {Scene} scene */
+  async renewDepths(slot, view, scene) {
+    const {viewer} = this;
+    const mask = await loadMask(viewer.files, view);
+    this.expect();
+    // The view may have gone meanwhile, or another version may have come.
+    if (scene === viewer.scene && this.photographs.cells.has(slot)) {
+      this.stale.delete(slot);
+      this.photographs.storeDepths(slot, mask, viewer.renderer);
+      viewer.quietly(this.noteOwnShare(slot, view));
+      viewer.improve();
+    }
+    mask?.close();
   }
 
   /** @param {number} slot @param {View} view */

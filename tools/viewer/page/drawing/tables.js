@@ -5,7 +5,7 @@ import {ContextLost, GlObjects} from './gl_objects.js';
 import {unitOf} from './programs.js';
 /** @import {Layout, Scene, View} from '../types.d.ts' */
 
-const TABLE_WIDTH = 2048;  // kTableWidth of blend/gl/gl_objects.h
+export const TABLE_WIDTH = 2048;  // kTableWidth of blend/gl/gl_objects.h
 export const VIEW_TEXELS = 6;     // kViewTexels of blend/tables/view_table.h
 export const NO_SLOT = 0xFFFFFFFF;
 
@@ -81,7 +81,6 @@ export class Table {
 
   /** @param {Values} values @param {number} components */
   store(values, components) {
-    const {gl} = this;
     const width = this.channels;
     const size = TABLE_WIDTH * this.rows * width;
     const padded = values instanceof Float32Array ? new Float32Array(size) : new Uint32Array(size);
@@ -90,9 +89,16 @@ export class Table {
     } else {
       for (let i = 0; i < values.length; ++i) padded[Math.floor(i / components) * width + i % components] = values[i];
     }
+    this.storeRows(0, this.rows, padded);
+  }
+
+  // Replaces whole rows by numbers, as many for each entry as a texel has.
+  /** @param {number} first @param {number} rows @param {Values} numbers */
+  storeRows(first, rows, numbers) {
+    const {gl} = this;
     gl.activeTexture(gl.TEXTURE0 + SPARE_UNIT);
     gl.bindTexture(gl.TEXTURE_2D, this.texture);
-    gl.texSubImage2D(gl.TEXTURE_2D, 0, 0, 0, TABLE_WIDTH, this.rows, this.format, this.type, padded);
+    gl.texSubImage2D(gl.TEXTURE_2D, 0, 0, first, TABLE_WIDTH, rows, this.format, this.type, numbers);
   }
 }
 

@@ -21,7 +21,7 @@ export function surfacePointAt(viewer, x, y) {
   const cam = [(0.5 - camera.cx) / camera.fx * depth, (0.5 - camera.cy) / camera.fy * depth, depth];
   return {
     point: add(poseOf(camera).position, worldFromCam(camera.rotation, cam)),
-    deviation: renderer.deviations[zone] ?? null,
+    deviation: renderer.surface.deviationOf(zone),
   };
 }
 

@@ -113,7 +113,7 @@ export class CropControls {
   /** @param {number} degrees */
   frameAt(degrees) {
     const rotation = uprightAxes(this.viewer.navigation.up, degrees);
-    return {rotation, ranges: rangesOf(this.viewer.renderer.positions(), rotation)};
+    return {rotation, ranges: rangesOf(this.viewer.renderer.surface.positions(), rotation)};
   }
 
   // Makes the box that the sliders say.

@@ -4,7 +4,7 @@
 import {Chunks} from './chunks.js';
 import {Gltf} from './gltf.js';
 import {LUMIGRAPH, colorOf, colorsOf, meshAccessors, meshOf} from './surface.js';
-import {primitivesOf, propertiesOf, tableAccessors, tablesOf, zoneCountOf} from './surface.js';
+import {primitivesOf, propertiesOf, residentTiles, tableAccessors, tablesOf} from './surface.js';
 /** @import {SiteFiles} from './site_files.js' */
 /**
  * @import {
@@ -89,7 +89,9 @@ function tileContent({content}) {
 async function surfaceOf(files, tiles) {
   const sources = tiles.map((tile) => new SurfaceSource(files, tileContent(tile).uri));
   if (tiles.length === 1) return sources[0].described();
-  return new Chunks(sources, tiles.map((tile) => tileContent(tile).extras?.box ?? [0, 0, 0, 0, 0, 0])).described();
+  const extras = tiles.map((tile) => tileContent(tile).extras);
+  const boxes = extras.map((extra) => extra?.box ?? [0, 0, 0, 0, 0, 0]);
+  return new Chunks(sources, boxes, extras.map((extra) => extra?.byteLength ?? 0)).described();
 }
 
 /** @param {SiteFiles} files @param {string} name @param {Shaders} shaders @param {boolean} anew */
@@ -206,9 +208,14 @@ class SurfaceSource {
     return colorsOf(gltf, primitives);
   }
 
-  async zoneCount() {
-    const gltf = await this.open();
-    return zoneCountOf(gltf, propertiesOf(gltf));
+  // Which tiles of the photographs are there; of the file it reads no more than what says so.
+  /** @param {Scene} scene */
+  async residentTiles(scene) {
+    const isOpen = this.opened !== null || !this.uri.endsWith('.glb');
+    const gltf = isOpen ? await this.open() : await Gltf.readInParts(this.files, this.uri, false);
+    const properties = propertiesOf(gltf);
+    if (properties.resident !== undefined) await gltf.load([properties.resident]);
+    return residentTiles(gltf, properties, scene);
   }
 
   /** @param {Scene} scene */
@@ -235,6 +242,10 @@ export async function loadMesh({source}) {
 // Four bytes for each of the mesh's vertices, of a surface whose colours are in a file of their own.
 /** @param {Scene} scene */
 export const loadColors = ({mesh}) => mesh.source.colors();
+
+// For each tile of the scene 1 or 0.
+/** @param {Scene} scene */
+export const loadResidentTiles = (scene) => scene.mesh.source.residentTiles(scene);
 
 /** @param {Scene} scene @returns {Promise<Tables>} */
 export async function loadTables(scene) {

@@ -83,11 +83,6 @@ function zonesOf(gltf, properties) {
 
 /** @typedef {NonNullable<ReturnType<typeof zonesOf>>} Zones */
 
-// How many zones a surface has.
-/** @param {Gltf} gltf @param {SurfaceProperties} properties */
-export const zoneCountOf = (gltf, {cellSeen, zoneCells}) =>
-  zoneCells === undefined ? gltf.accessor(cellSeen).count : gltf.accessor(zoneCells).count / (1 + CELLS_PER_ZONE);
-
 // The first shader that takes as many cells as a zone has.
 /** @param {Zones | null} zones @param {number} zone */
 function shaderOf(zones, zone) {
@@ -346,7 +341,7 @@ function rangesOfZones(gltf, properties, {offsets, views, merged, cells}) {
 
 // For each tile of the views that are there 1 or 0.
 /** @param {Gltf} gltf @param {SurfaceProperties} properties @param {Scene} scene */
-function residentTiles(gltf, properties, {views, tile}) {
+export function residentTiles(gltf, properties, {views, tile}) {
   const tiles = views.reduce((sum, view) => view ?
       sum + Math.ceil(view.width / tile) * Math.ceil(view.height / tile) : sum, 0);
   if (properties.resident === undefined) return new Uint32Array(tiles).fill(1);

@@ -1,0 +1,291 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Decides which chunks of a surface are on the GPU: all if they fit, else those that are nearest to the camera, those
+// that it sees first. The coarse mesh stands in for the others.
+import {poseOf} from '../camera.js';
+import {FetchFailure} from '../reading/fetching.js';
+import {CoarseFaces, distanceToBox} from '../reading/chunks.js';
+import {loadResidentTiles} from '../reading/model.js';
+import {ContextLost} from './gl_objects.js';
+import {Pyramid, ballAround} from './pyramid.js';
+/** @import {Viewer} from '../viewer.js' */
+/** @import {Chunks} from '../reading/chunks.js' */
+/** @import {Camera, Chunk, Mesh, Scene, Tables} from '../types.d.ts' */
+
+const CHUNKS_AT_ONCE = 2;      // that are fetched at the same time
+const SHARE_OF_TAKING = 3;     // time between two takings of chunks, by the time that one takes
+const UNSEEN = 4;              // how much farther a chunk counts that the camera does not see
+const CLEARLY_FARTHER = 1.25;  // how much farther a chunk is that gives its room to another
+const COARSE = 'coarse';
+
+// Of the coarse mesh: all of it is in one zone, to which no view refers.
+/** @type {() => Tables} */
+const tablesOfCoarse = () => ({
+  zones: new Uint32Array(4), cells: Uint32Array.of(0, 0, 1), references: new Uint32Array(), resident: new Uint32Array(),
+});
+
+export class ResidentChunks {
+  // `scene`: that of the chunks.
+  /** @param {Viewer} viewer @param {Scene} scene @param {Chunks} chunks */
+  constructor(viewer, scene, chunks) {
+    this.viewer = viewer;
+    this.renderer = viewer.renderer;
+    this.scene = scene;
+    this.chunks = chunks;
+    this.balls = chunks.boxes.map(ballAround);
+    this.camera = new Pyramid(viewer.camera());
+    this.center = poseOf(viewer.camera()).position;
+    /** @type {Map<number, number>} */
+    this.there = new Map();    // bytes on the GPU, of the chunks that are drawn
+    /** @type {Set<number>} */
+    this.coming = new Set();
+    /** @type {Set<number>} */
+    this.lost = new Set();     // chunks that could not be fetched and are not asked for until askAgain()
+    /** @type {Chunk[]} */
+    this.read = [];            // that are drawn from the next take() on
+    this.room = Infinity;      // bytes of all chunks, once it is known
+    this.taken = {at: -Infinity, ms: 0};
+    this.count = 0;            // of the chunks that were taken, again and again
+    this.waits = false;        // take() is called from outside alone
+    /** @type {CoarseFaces | null} */
+    this.coarse = null;
+    /** @type {Promise<boolean> | null} */
+    this.filling = null;
+    /** @type {Uint32Array<ArrayBuffer> | null} */
+    this.resident = null;      // tiles, as the first chunk says once it was read
+    /** @type {() => void} */
+    this.noteFirst = () => {};
+    /** @type {Promise<void>} */
+    this.firstIsRead = new Promise((resolve) => {
+      this.noteFirst = resolve;
+    });
+    /** @type {() => void} */
+    this.begin = () => {};
+    /** @type {Promise<void>} */
+    this.begun = new Promise((resolve) => {  // once a chunk is drawn
+      this.begin = resolve;
+    });
+  }
+
+  // Throws ContextLost where what is on the GPU is not these chunks' any more.
+  expect() {
+    this.viewer.expect(this.renderer);
+    if (!this.waits && this.viewer.chunks !== this) throw new ContextLost();
+  }
+
+  // Draws a coarse mesh where chunks are missing.
+  /** @param {Mesh} mesh */
+  setCoarse(mesh) {
+    const {surface} = this.renderer;
+    this.coarse = new CoarseFaces(mesh, this.chunks.boxes);
+    surface.setMesh(COARSE, {...mesh, zones: new Uint32Array(mesh.zones.length)});
+    surface.setTables(COARSE, tablesOfCoarse());
+    this.drawCoarse();
+  }
+
+  // Returns whether all chunks are drawn.
+  isWhole() {
+    return this.there.size === this.chunks.sources.length;
+  }
+
+  // Tries again to fetch the chunks that could not be fetched.
+  askAgain() {
+    this.lost.clear();
+  }
+
+  // How little a chunk is needed for a camera's picture.
+  /** @param {number} number */
+  distance(number) {
+    const {center} = this;
+    const ball = this.balls[number];
+    const toMiddle = Math.hypot(...ball.center.map((value, axis) => value - center[axis]));
+    // Of those that the camera is in, the one whose middle is nearest.
+    const distance = distanceToBox(this.chunks.boxes[number], center) + 1e-6 * toMiddle;
+    return distance * (this.camera.meets(ball) ? 1 : UNSEEN);
+  }
+
+  // Returns the next chunk to fetch; -1: there is none, or no room for it.
+  next() {
+    const {chunks, there, coming, lost} = this;
+    const isRead = new Set(this.read.map(({number}) => number));
+    const missing = chunks.sources.flatMap((_, number) =>
+        there.has(number) || coming.has(number) || lost.has(number) || isRead.has(number) ? [] :
+          [{number, distance: this.distance(number)}]);
+    if (missing.length === 0) return -1;
+    // The first has the far sphere.
+    const isFirst = (/** @type {number} */ number) => number === 0;
+    const wanted = missing.reduce((a, b) => b.distance < a.distance ? b : a);
+    const first = missing.find(({number}) => isFirst(number));
+    if (this.fits(wanted)) return wanted.number;
+    return first && first !== wanted && this.count > 0 ? first.number : -1;
+  }
+
+  // Returns whether there is room for a chunk, if those give theirs that are clearly farther.
+  /** @param {{number: number, distance: number}} wanted */
+  fits({number, distance}) {
+    const others = [...this.coming, ...this.read.map((chunk) => chunk.number)];
+    let bytes = this.estimate(number) + others.reduce((sum, other) => sum + this.estimate(other), 0);
+    for (const [other, taken] of this.there) {
+      if (other === 0 || this.distance(other) <= CLEARLY_FARTHER * distance) bytes += taken;
+    }
+    return bytes <= this.room;
+  }
+
+  // Bytes that a chunk takes on the GPU, by those that are there.
+  /** @param {number} number */
+  estimate(number) {
+    const known = this.there.get(number);
+    if (known !== undefined) return known;
+    const {bytes} = this.chunks;
+    let [onGpu, inFiles] = [0, 0];
+    for (const [other, taken] of this.there) [onGpu, inFiles] = [onGpu + taken, inFiles + bytes[other]];
+    if (inFiles > 0 && bytes[number] > 0) return bytes[number] * onGpu / inFiles;
+    return this.there.size > 0 ? onGpu / this.there.size : 0;
+  }
+
+  // Bytes that all chunks would take on the GPU.
+  estimateOfAll() {
+    return this.chunks.sources.reduce((sum, _, number) => sum + this.estimate(number), 0);
+  }
+
+  // Fetches what a camera's picture needs, as far as there is room. Resolves to whether chunks were taken.
+  /** @param {Camera} camera */
+  provide(camera) {
+    this.camera = new Pyramid(camera);
+    this.center = poseOf(camera).position;
+    this.filling ??= this.fill().finally(() => {
+      this.filling = null;
+    });
+    return this.filling;
+  }
+
+  async fill() {
+    const before = this.count;
+    await Promise.all(Array.from({length: CHUNKS_AT_ONCE}, () => this.fetchOthers()));
+    this.expect();
+    if (this.lost.size === 0) this.viewer.losses.clearPart('chunk');
+    if (!this.waits) this.take();
+    return this.count > before;
+  }
+
+  // Which tiles of the photographs are there, for each tile of the scene 1 or 0. Throws FetchFailure if that cannot be
+  // had.
+  async residentTiles() {
+    if (this.coming.has(0)) await Promise.race([this.filling, this.firstIsRead]);
+    return this.resident ?? loadResidentTiles(this.scene);
+  }
+
+  async fetchOthers() {
+    for (let number = this.next(); number >= 0; number = this.next()) await this.fetch(number);
+  }
+
+  // A chunk that cannot be fetched is noted as lost, and others go on.
+  /** @param {number} number */
+  async fetch(number) {
+    const {viewer} = this;
+    this.coming.add(number);
+    try {
+      const chunk = await this.chunks.load(number, this.scene);
+      this.expect();
+      this.read.push(chunk);
+      if (number === 0) {
+        this.resident = chunk.tables.resident;
+        this.noteFirst();
+      }
+    } catch (error) {
+      if (!(error instanceof FetchFailure)) throw error;
+      this.expect();
+      this.lost.add(number);
+      if (!viewer.passesBy(error)) viewer.losses.notePart('chunk', error);
+    } finally {
+      this.coming.delete(number);
+    }
+    // Depths of photographs are drawn again each time.
+    const isTime = performance.now() - this.taken.at > SHARE_OF_TAKING * this.taken.ms;
+    if (isTime && !this.waits) this.take();
+  }
+
+  // Draws the chunks that were read, in the place of those that are clearly less needed.
+  take() {
+    const {surface} = this.renderer;
+    const start = performance.now();
+    const chunks = this.read.splice(0);
+    if (chunks.length === 0) return;
+    /** @type {number[]} */
+    const changed = chunks.map(({number}) => number);
+    const bytes = chunks.reduce((sum, {number}) => sum + this.estimate(number), 0);
+    changed.push(...this.makeRoom(bytes));
+    for (const {number, uri, mesh, tables} of chunks) {
+      surface.setMesh(uri, mesh);
+      surface.setTables(uri, tables);
+      this.there.set(number, surface.bytesOf(uri));
+      this.viewer.noteOffset(mesh);
+    }
+    this.count += chunks.length;
+    this.drawCoarse();
+    if (this.room === Infinity) this.room = this.viewer.roomForChunks(this.estimateOfAll());
+    this.viewer.surfaceChanged(changed.includes(0) ? null : changed.map((number) => this.chunks.boxes[number]));
+    const now = performance.now();
+    this.taken = {at: now, ms: now - start};
+    this.begin();
+  }
+
+  // Drops the chunks that are farthest, until there is room for `bytes`, and returns their numbers.
+  /** @param {number} bytes */
+  makeRoom(bytes) {
+    let taken = [...this.there.values()].reduce((sum, each) => sum + each, 0);
+    const farthest = [...this.there.keys()].filter((number) => number !== 0)
+        .map((number) => ({number, distance: this.distance(number)})).sort((a, b) => a.distance - b.distance);
+    /** @type {number[]} */
+    const dropped = [];
+    while (taken + bytes > this.room && farthest.length > 0) {
+      const {number} = /** @type {{number: number}} */ (farthest.pop());
+      taken -= this.there.get(number) ?? 0;
+      this.there.delete(number);
+      this.renderer.surface.remove(this.chunks.sources[number].uri);
+      dropped.push(number);
+    }
+    return dropped;
+  }
+
+  // The coarse mesh is not needed any more once all chunks are there, because then there is room for all.
+  drawCoarse() {
+    const {surface} = this.renderer;
+    if (this.isWhole()) {
+      surface.remove(COARSE);
+      this.coarse = null;
+    } else if (this.coarse && this.there.size > 0) {
+      surface.setBehind(COARSE, this.coarse.standingFor((number) => !this.there.has(number)));
+    }
+  }
+
+  // Keeps the chunks of another version that this one has too, which the GPU has already.
+  /** @param {ResidentChunks} before */
+  keepFrom(before) {
+    this.room = before.room;
+    const kept = new Map([...before.there].map(([number, bytes]) => [before.chunks.sources[number].uri, bytes]));
+    this.chunks.sources.forEach(({uri}, number) => {
+      const bytes = kept.get(uri);
+      if (bytes !== undefined) this.there.set(number, bytes);
+    });
+  }
+
+  // Reads what a camera needs of another version, without drawing it. Resolves to whether all of it could be had.
+  /** @param {Camera} camera */
+  async stage(camera) {
+    this.waits = true;
+    await this.provide(camera);
+    this.waits = false;
+    return this.lost.size === 0;
+  }
+
+  // Draws what was staged in the place of all that is of another version.
+  /** @param {Mesh | null} coarse */
+  replaceAll(coarse) {
+    const {surface} = this.renderer;
+    const kept = new Set([...this.there.keys()].map((number) => this.chunks.sources[number].uri));
+    surface.removeAllBut(kept);
+    if (coarse) this.setCoarse(coarse);
+    this.take();
+    this.drawCoarse();
+  }
+}
