@@ -63,7 +63,7 @@ class VersionWriter {
   FormVersion finish(const WrittenSurface& written) {
     json properties = view_list();
     const TileContent surface = put_surface(written);
-    version_.tileset = tileset_json(snapshot_, {surface}, {}, std::move(properties)).dump() + "\n";
+    version_.tileset = tileset_json(snapshot_, {surface, {}}, std::move(properties)).dump() + "\n";
     return std::move(version_);
   }
 

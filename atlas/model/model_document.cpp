@@ -172,11 +172,24 @@ double rounded(double number) {
   return result;
 }
 
-// The tile of one of several chunks.
-json chunk_tile(const TileContent& chunk) {
-  json content = content_json(chunk);
-  content["extras"]["box"] = chunk.volume["box"];
-  return {{"boundingVolume", chunk.volume["boundingVolume"]}, {"geometricError", 0}, {"content", std::move(content)}};
+// Returns the greatest error of the tiles below a tile.
+double error_below(const ModelTile& tile) {
+  double error = 0;
+  for (const ModelTile& child : tile.children) {
+    error = std::max({error, child.content.geometric_error, error_below(child)});
+  }
+  return error;
+}
+
+// A tile below the root, with those below it.
+json tile_json(const ModelTile& tile) {
+  json content = content_json(tile.content);
+  if (tile.children.empty()) content["extras"]["box"] = tile.content.volume["box"];
+  json result = {{"boundingVolume", tile.content.volume["boundingVolume"]},
+                 {"geometricError", std::max(tile.content.geometric_error, error_below(tile))},
+                 {"content", std::move(content)}};
+  for (const ModelTile& child : tile.children) result["children"].push_back(tile_json(child));
+  return result;
 }
 
 }  // namespace
@@ -341,29 +354,30 @@ json tile_volume(const Mesh& mesh, const glm::dvec3& origin, const glm::dmat3& f
   return {{"boundingVolume", {{"box", box_json(mesh, origin, file_from_scene)}}}, {"box", std::move(corners)}};
 }
 
-json tileset_json(const Snapshot& snapshot, const std::vector<TileContent>& chunks, const TileContent& coarse,
-                  json properties) {
+json tileset_json(const Snapshot& snapshot, const ModelTile& root, json properties) {
   const Mesh near = near_surface(*snapshot.surface).mesh;
   const Bounds box = bounds(near);
   const double extent = glm::length(box.max - box.min);
-  const double error = std::max(coarse.geometric_error, extent);
-  json root = tile_volume(near, {}, gltf_from_scene(snapshot));
-  root.erase("box");
-  root["refine"] = "REPLACE";
-  root["geometricError"] = coarse.uri.empty() ? (chunks.size() > 1 ? error : 0) : coarse.geometric_error;
-  if (chunks.size() == 1 && coarse.uri.empty()) {
-    root["content"] = content_json(chunks.front());
-  } else if (chunks.size() == 1) {
-    root["content"] = content_json(coarse);
-    root["children"] = {
-        {{"boundingVolume", root["boundingVolume"]}, {"geometricError", 0}, {"content", content_json(chunks.front())}}};
+  const bool has_content = !root.content.uri.empty();
+  const double error = std::max({root.content.geometric_error, error_below(root), extent});
+  json tile = tile_volume(near, {}, gltf_from_scene(snapshot));
+  tile.erase("box");
+  tile["refine"] = "REPLACE";
+  tile["geometricError"] = 0;
+  if (!root.children.empty()) {
+    tile["geometricError"] = has_content ? std::max(root.content.geometric_error, error_below(root)) : error;
+  }
+  if (has_content) tile["content"] = content_json(root.content);
+  if (root.children.size() == 1) {
+    tile["children"] = {{{"boundingVolume", tile["boundingVolume"]},
+                         {"geometricError", 0},
+                         {"content", content_json(root.children.front().content)}}};
   } else {
-    if (!coarse.uri.empty()) root["content"] = content_json(coarse);
-    for (const TileContent& chunk : chunks) root["children"].push_back(chunk_tile(chunk));
+    for (const ModelTile& child : root.children) tile["children"].push_back(tile_json(child));
   }
   json document = {{"asset", {{"version", "1.1"}, {"extras", {{"generator", "lumatlas"}}}}},
                    {"geometricError", error},
-                   {"root", std::move(root)}};
+                   {"root", std::move(tile)}};
   set_lumigraph(document, std::move(properties));
   return document;
 }

@@ -71,15 +71,20 @@ struct TileContent {
   std::string uri;
   std::uint64_t bytes = 0;
   double geometric_error = 0;  // of 3D Tiles, scene units
-  nlohmann::json volume;       // of a chunk: tile_volume()
+  nlohmann::json volume;       // of all but the root: tile_volume()
 };
 
 // Returns where the mesh lies whose positions are less `origin`: the bounding volume of 3D Tiles as "boundingVolume",
 // and its box in the model's frame as "box": the least x, y and z, then the largest.
 [[nodiscard]] nlohmann::json tile_volume(const Mesh& mesh, const glm::dvec3& origin, const glm::dmat3& file_from_scene);
 
-// The tileset of a surface in chunks, at least one, and before them a coarse one, if its URI is not empty.
-[[nodiscard]] nlohmann::json tileset_json(const Snapshot& snapshot, const std::vector<TileContent>& chunks,
-                                          const TileContent& coarse, nlohmann::json properties);
+// A tile of a tileset: a chunk, or a coarse surface that stands in for its children until they are there.
+struct ModelTile {
+  TileContent content;  // an empty URI: the tile has none
+  std::vector<ModelTile> children;
+};
+
+// The tileset with that root, which has content or children.
+[[nodiscard]] nlohmann::json tileset_json(const Snapshot& snapshot, const ModelTile& root, nlohmann::json properties);
 
 }  // namespace lumatlas

@@ -4,6 +4,7 @@
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <iterator>
 #include <optional>
 #include <sstream>
 #include <vector>
@@ -13,6 +14,7 @@
 #include "atlas/model/model_document.h"
 #include "atlas/model/model_parts.h"
 #include "atlas/model/surface/surface_chunks.h"
+#include "atlas/model/surface/tile_tree.h"
 
 namespace lumatlas {
 
@@ -76,14 +78,57 @@ class SurfaceWriter {
         maker_(model.snapshot, options.shares, options.texture ? &options.texture->faces : nullptr, options.chunk_faces,
                step_) {}
 
-  std::vector<TileContent> write() {
+  // Returns the root of the tileset.
+  ModelTile write() {
     if (options_.texture) put_texture(*options_.texture);
-    std::vector<TileContent> contents;
-    for (std::size_t number = 0; number < maker_.count(); ++number) contents.push_back(put_chunk(number));
-    return contents;
+    ModelTile root = tile_of(tile_tree(maker_.count()));
+    if (options_.coarse_faces == 0) return root;
+    const TileContent coarse = put_coarse(coarse_surface_of(snapshot_, options_.coarse_faces), FormPart::coarse);
+    if (coarse.uri.empty()) return root;
+    if (!root.children.empty()) {
+      root.content = coarse;
+      return root;
+    }
+    return {coarse, {std::move(root)}};
   }
 
  private:
+  // Returns a tile without content of its own, which its chunks have.
+  [[nodiscard]] ModelTile tile_of(const TileRange& range) const {
+    if (range.children.empty()) return {put_chunk(range.first), {}};
+    ModelTile tile;
+    for (const TileRange& child : range.children) add_child(tile, child);
+    return tile;
+  }
+
+  // Adds a tile below one; where it needs no coarse surface, the tiles below it.
+  void add_child(ModelTile& parent, const TileRange& range) const {
+    ModelTile tile = tile_of(range);
+    if (!range.children.empty()) {
+      const Mesh part = maker_.part(range.first, range.count);
+      if (options_.coarse_faces > 0) {
+        tile.content = put_coarse(coarse_surface(part, part.colors, options_.coarse_faces), FormPart::surface);
+      }
+      if (tile.content.uri.empty()) {
+        std::move(tile.children.begin(), tile.children.end(), std::back_inserter(parent.children));
+        return;
+      }
+      tile.content.volume = tile_volume(part, {}, gltf_from_scene(snapshot_));
+    }
+    parent.children.push_back(std::move(tile));
+  }
+
+  // Returns what has no URI for a surface without faces.
+  [[nodiscard]] TileContent put_coarse(const CoarseSurface& coarse, FormPart part) const {
+    if (coarse.mesh.faces.empty()) return {};
+    GltfBuilder gltf(options_.packed);
+    add_coarse_surface(gltf, coarse, step_);
+    add_scene(gltf.document(), gltf_from_scene(snapshot_));
+    TileContent content = put_glb(gltf, "coarse", part, put_);
+    content.geometric_error = geometric_error(coarse);
+    return content;
+  }
+
   void put_texture(const BaseTexture& texture) {
     const std::vector<std::uint8_t> file = encode_image(texture.image, texture.coding);
     const auto [stem, ending] = texture_name(texture.coding);
@@ -137,17 +182,6 @@ class SurfaceWriter {
   ChunkMaker maker_;
 };
 
-TileContent put_coarse(const ModelParts& model, const FormOptions& options, const PutFormFile& put) {
-  const CoarseSurface coarse = coarse_surface_of(model.snapshot);
-  if (coarse.mesh.faces.empty()) return {};
-  GltfBuilder gltf(options.packed);
-  add_coarse_surface(gltf, coarse, packed_step(model.snapshot, options));
-  add_scene(gltf.document(), gltf_from_scene(model.snapshot));
-  TileContent content = put_glb(gltf, "coarse", FormPart::coarse, put);
-  content.geometric_error = geometric_error(coarse);
-  return content;
-}
-
 json put_images(const ModelParts& model, const PutFormFile& put, const Tick& tick) {
   std::vector<json> images(model.images.size());
   tbb::parallel_for(std::size_t{0}, images.size(), [&](std::size_t index) {
@@ -169,10 +203,9 @@ std::string write_form(const Snapshot& snapshot, const ValidityOptions& validity
   json properties = model.properties;
   json images = put_images(model, put, tick);
   if (!images.empty()) properties["images"] = std::move(images);
-  const std::vector<TileContent> chunks = SurfaceWriter(model, options, put).write();
-  const TileContent coarse = options.coarse ? put_coarse(model, options, put) : TileContent();
+  const ModelTile root = SurfaceWriter(model, options, put).write();
   if (tick) tick();
-  return tileset_json(model.snapshot, chunks, coarse, std::move(properties)).dump(options.packed ? -1 : 1) + "\n";
+  return tileset_json(model.snapshot, root, std::move(properties)).dump(options.packed ? -1 : 1) + "\n";
 }
 
 }  // namespace lumatlas

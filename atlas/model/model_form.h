@@ -42,8 +42,9 @@ struct FormOptions {
   // Largest number of faces in a chunk, at least 1. The writer splits a larger surface into chunks; a single cell with
   // more faces is a chunk of its own. A model in one file has one chunk.
   std::size_t chunk_faces = 100'000;
-  // Also writes a file with few faces for a large surface; readers show it until they have the whole one.
-  bool coarse = true;
+  // Faces of a coarse surface, which readers show until they have the whole one, or the chunks that it stands for; 0:
+  // none is written. A surface, or the chunks of a tile, that has at most twice as many faces needs none.
+  std::size_t coarse_faces = 60'000;
 };
 
 // Passes all files of the model to `put` but the tileset, whose text it returns. `tick` is called once for each view

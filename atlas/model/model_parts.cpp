@@ -18,8 +18,6 @@ namespace lumatlas {
 
 namespace {
 
-constexpr std::size_t kCoarseFaces = 60000;
-
 // Refuses what read_model() would refuse, of a snapshot that passes check().
 void require_readable(const Snapshot& snapshot) {
   const glm::dvec3& offset = snapshot.surface->offset;
@@ -86,9 +84,9 @@ std::optional<double> packed_step(const Snapshot& snapshot, const FormOptions& o
   return step;
 }
 
-CoarseSurface coarse_surface_of(const Snapshot& snapshot) {
+CoarseSurface coarse_surface_of(const Snapshot& snapshot, std::size_t faces) {
   const Mesh mesh = near_surface(*snapshot.surface).mesh;
-  return coarse_surface(mesh, std::span(snapshot.vertex_colors.get()).first(mesh.positions.size()), kCoarseFaces);
+  return coarse_surface(mesh, std::span(snapshot.vertex_colors.get()).first(mesh.positions.size()), faces);
 }
 
 }  // namespace lumatlas

@@ -26,7 +26,7 @@ struct ModelParts {
 // at its view's median depth, the least over the views, but no more than a hundredth of a cell. None unless packed.
 [[nodiscard]] std::optional<double> packed_step(const Snapshot& snapshot, const FormOptions& options);
 
-// Returns the surface in some 60,000 faces.
-[[nodiscard]] CoarseSurface coarse_surface_of(const Snapshot& snapshot);
+// Returns the near surface in about `faces` faces; see coarse_surface().
+[[nodiscard]] CoarseSurface coarse_surface_of(const Snapshot& snapshot, std::size_t faces);
 
 }  // namespace lumatlas

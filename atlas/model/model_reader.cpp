@@ -298,11 +298,12 @@ std::vector<std::string> ModelReader::files_beside() const {
   return uris;
 }
 
-// The sizes of the poster and of the coarse mesh.
+// The sizes of the poster and of the coarse surfaces.
 std::uint64_t ModelReader::other_preview_bytes() const {
   std::uint64_t bytes = 0;
   if (whole_.Has("poster")) bytes += bytes_of(image(whole_, kLumigraphExtension, "poster"));
-  if (tileset_ && tileset_->coarse()) bytes += bytes_of(GltfImage{*tileset_->coarse(), {}});
+  if (!tileset_) return bytes;
+  for (const std::filesystem::path& file : tileset_->coarse()) bytes += bytes_of(GltfImage{file, {}});
   return bytes;
 }
 

@@ -207,7 +207,7 @@ nlohmann::json add_surfaces(GltfBuilder& gltf, const ModelParts& model, const Fo
   const WrittenSurface written = written_surface(*model.snapshot.surface, options.shares,
                                                  options.texture ? &options.texture->faces : nullptr, std::nullopt);
   nlohmann::json properties = add_surface(gltf, model.snapshot, written, view_tables(model.snapshot), form);
-  const CoarseSurface coarse = coarse_surface_of(model.snapshot);
+  const CoarseSurface coarse = coarse_surface_of(model.snapshot, FormOptions{}.coarse_faces);
   if (!coarse.mesh.faces.empty()) properties["coarse"] = add_coarse_surface(gltf, coarse, std::nullopt);
   return properties;
 }

@@ -41,25 +41,22 @@ const FieldReader::Object& TilesetFile::root() const {
   return field(document_, "it", "root");
 }
 
-std::vector<const FieldReader::Object*> TilesetFile::chunks() const {
-  const auto children_of = [&](const Object& tile) {
-    std::vector<const Object*> children;
-    if (!tile.IsObject() || !tile.Has("children")) return children;
-    const Object& list = tile.Get("children");
-    if (!list.IsArray()) refuse("\"children\" is not an array");
-    for (std::size_t i = 0; i < list.ArrayLen(); ++i) children.push_back(&list.Get(static_cast<int>(i)));
-    return children;
-  };
-  std::vector<const Object*> chunks = children_of(root());
-  if (chunks.empty()) return {&root()};
-  for (const Object* chunk : chunks) {
-    if (!children_of(*chunk).empty()) refuse("has tiles of three levels, this program reads two");
-  }
-  return chunks;
+TilesetFile::Tiles TilesetFile::tiles() const {
+  Tiles tiles;
+  add_tiles(root(), tiles);
+  return tiles;
 }
 
-bool TilesetFile::has_coarse() const {
-  return chunks().front() != &root() && root().Has("content");
+void TilesetFile::add_tiles(const Object& tile, Tiles& tiles) const {
+  const bool is_parent = tile.IsObject() && tile.Has("children");
+  if (is_parent && !tile.Get("children").IsArray()) refuse("\"children\" is not an array");
+  if (!is_parent || tile.Get("children").ArrayLen() == 0) {
+    tiles.chunks.push_back(&tile);
+    return;
+  }
+  if (tile.Has("content")) tiles.coarse.push_back(&tile);
+  const Object& children = tile.Get("children");
+  for (std::size_t i = 0; i < children.ArrayLen(); ++i) add_tiles(children.Get(static_cast<int>(i)), tiles);
 }
 
 std::string TilesetFile::content_uri(const Object& tile) const {
@@ -69,7 +66,7 @@ std::string TilesetFile::content_uri(const Object& tile) const {
 std::vector<std::filesystem::path> TilesetFile::surfaces() const {
   std::vector<std::filesystem::path> files;
   std::set<std::filesystem::path> known;
-  for (const Object* chunk : chunks()) {
+  for (const Object* chunk : tiles().chunks) {
     files.push_back(file_beside(content_uri(*chunk), "its surface"));
     if (!known.insert(files.back().lexically_normal()).second) {
       refuse("two tiles have the surface " + files.back().filename().string() + ", each must have its own");
@@ -78,9 +75,10 @@ std::vector<std::filesystem::path> TilesetFile::surfaces() const {
   return files;
 }
 
-std::optional<std::filesystem::path> TilesetFile::coarse() const {
-  if (!has_coarse()) return std::nullopt;
-  return file_beside(content_uri(root()), "its coarse surface");
+std::vector<std::filesystem::path> TilesetFile::coarse() const {
+  std::vector<std::filesystem::path> files;
+  for (const Object* tile : tiles().coarse) files.push_back(file_beside(content_uri(*tile), "a coarse surface"));
+  return files;
 }
 
 GltfImage TilesetFile::image(std::uint32_t index) const {
@@ -93,8 +91,10 @@ GltfImage TilesetFile::image(std::uint32_t index) const {
 
 std::vector<std::string> TilesetFile::uris() const {
   std::vector<std::string> uris;
-  if (has_coarse()) uris.push_back(content_uri(root()));
-  for (const Object* chunk : chunks()) uris.push_back(content_uri(*chunk));
+  const Tiles all = tiles();
+  for (const std::vector<const Object*>& kind : {all.coarse, all.chunks}) {
+    for (const Object* tile : kind) uris.push_back(content_uri(*tile));
+  }
   if (!lumigraph().Has("images")) return uris;
   const Object& images = lumigraph().Get("images");
   if (!images.IsArray()) refuse("\"images\" is not an array");

@@ -18,18 +18,22 @@ class TilesetFile : public FieldReader {
   explicit TilesetFile(std::filesystem::path file);
 
   [[nodiscard]] const Object& lumigraph() const;  // refuses if there is none
-  // Returns the contents of the tiles without children, which are the root or its children; refuses two of one file.
+  // Returns the contents of the tiles without children, which are the chunks; refuses two of one file.
   [[nodiscard]] std::vector<std::filesystem::path> surfaces() const;
-  [[nodiscard]] std::optional<std::filesystem::path> coarse() const;  // the content of a root with children, if any
+  [[nodiscard]] std::vector<std::filesystem::path> coarse() const;  // the contents of the tiles with children
   [[nodiscard]] std::vector<std::string> uris() const;  // of all tiles and images, as file_beside() takes them
   [[nodiscard]] GltfImage image(std::uint32_t index) const;
   [[nodiscard]] const std::string& json() const { return json_; }
 
  private:
   [[nodiscard]] const Object& root() const;
-  // Returns the tiles without children.
-  [[nodiscard]] std::vector<const Object*> chunks() const;
-  [[nodiscard]] bool has_coarse() const;
+  // The tiles in the order in which they are read, a parent before its children.
+  struct Tiles {
+    std::vector<const Object*> chunks;  // without children
+    std::vector<const Object*> coarse;  // with children and content
+  };
+  [[nodiscard]] Tiles tiles() const;
+  void add_tiles(const Object& tile, Tiles& tiles) const;
   [[nodiscard]] std::string content_uri(const Object& tile) const;
 
   std::string json_;

@@ -141,7 +141,7 @@ BlockFacts build_block(const fs::path& folder, const CityPlan& plan, std::size_t
   const BuildResult result =
       block.views.empty() ? unseen_block(folder, block) : plan_block(folder, plan, block, callback);
   FormOptions form;
-  form.coarse = false;
+  form.coarse_faces = 0;
   write_model(output.path(), result.snapshot, result.effective.validity, form);
   output.commit({{"stamp", plan.stamp}, {"block", number}});
   BlockFacts facts;

@@ -89,7 +89,7 @@ void write_surface(const Surface& whole, std::size_t block_faces, const fs::path
   snapshot.tiles.options = kWholeViews;
   FormOptions form;
   form.chunk_faces = std::max<std::size_t>(1, block_faces / kChunksPerBlock);
-  form.coarse = false;
+  form.coarse_faces = 0;
   fs::create_directories(folder);
   write_model(folder, snapshot, {}, form);
 }

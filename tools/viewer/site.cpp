@@ -215,6 +215,7 @@ class SiteWriter {
     form.shares = &shares;
     form.packed = true;
     form.chunk_faces = options_.chunk_faces;
+    form.coarse_faces = options_.coarse_faces;
     const std::string tileset = write_form(
         snapshot_, options_.validity, form, [this](const FormFile& file) { return take(file); }, tick_);
     facts_.scene_bytes += tileset.size();

@@ -29,9 +29,10 @@ struct SiteOptions {
   std::string unit;       // name of the unit of the model's lengths; empty: not known
   std::string page_file;  // JSON of the owner's file (page_file.h); empty: there is none
   ImageCoding photographs{ImageFormat::jpeg, 90};
-  ValidityOptions validity;                             // that the views' masks were made with
-  std::uint32_t most_side_px = kMostSidePx;             // photographs with a longer side are scaled, all alike
-  std::size_t chunk_faces = FormOptions{}.chunk_faces;  // most faces of a chunk of the surface
+  ValidityOptions validity;                               // that the views' masks were made with
+  std::uint32_t most_side_px = kMostSidePx;               // photographs with a longer side are scaled, all alike
+  std::size_t chunk_faces = FormOptions{}.chunk_faces;    // most faces of a chunk of the surface
+  std::size_t coarse_faces = FormOptions{}.coarse_faces;  // of a coarse surface
 };
 
 // The model that a page shows.

@@ -146,6 +146,23 @@ ChunkMaker::ChunkMaker(const Snapshot& snapshot, const CellShares* shares, const
   if (grid && count() > 1) snap_to_grid(near_.positions, *grid);
 }
 
+Mesh ChunkMaker::part(std::size_t first, std::size_t count) const {
+  Mesh part;
+  std::vector<std::uint32_t> vertices;
+  for (std::size_t chunk = first; chunk < first + count; ++chunk) {
+    const auto before = static_cast<std::uint32_t>(vertices.size());
+    vertices.insert(vertices.end(), vertices_of_chunk_[chunk].begin(), vertices_of_chunk_[chunk].end());
+    for (const std::uint32_t face : faces_of_chunk_[chunk]) {
+      const glm::uvec3& corners = near_.faces[face];
+      part.faces.push_back(before + glm::uvec3(number_of_vertex_[corners.x], number_of_vertex_[corners.y],
+                                               number_of_vertex_[corners.z]));
+    }
+  }
+  part.positions = picked(near_.positions, vertices);
+  part.colors = picked(snapshot_.vertex_colors.get(), picked(sources_, vertices));
+  return part;
+}
+
 // Fills the chunk's numbers, and returns its surface without the far sphere.
 Surface ChunkMaker::near_part(SurfaceChunk& chunk, std::size_t number) const {
   const Cells& all = snapshot_.surface->cells;

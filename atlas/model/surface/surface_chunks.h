@@ -47,6 +47,9 @@ class ChunkMaker {
   [[nodiscard]] std::size_t count() const { return cells_.size(); }
   // The far sphere is in the first chunk.
   [[nodiscard]] SurfaceChunk chunk(std::size_t number) const;
+  // Returns the mesh of chunks that follow each other, with the colours of vertices, without the far sphere. Vertices
+  // are split between cells.
+  [[nodiscard]] Mesh part(std::size_t first, std::size_t count) const;
 
  private:
   [[nodiscard]] std::vector<std::uint32_t> add_guests(SurfaceChunk& chunk) const;

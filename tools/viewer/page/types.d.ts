@@ -160,6 +160,13 @@ export interface ChunkSource extends MeshSource {
   uri: string;
 }
 
+// A coarse mesh that stands in for the chunks from `first` to before `end`.
+export interface StandIn {
+  source: ChunkSource;
+  first: number;
+  end: number;
+}
+
 // What was read of a chunk.
 export interface Chunk {
   number: number;

@@ -22,6 +22,7 @@
 
 #include "atlas/model/gltf/glb_file.h"
 #include "atlas/model/model_file.h"
+#include "atlas/model/surface/tile_tree.h"
 #include "blend/tables/cell_shares.h"
 #include "mesh/base/errors.h"
 #include "tests/support/scenes/far_scenes.h"
@@ -198,6 +199,87 @@ TEST_CASE("a page's chunks share their borders exactly") {
   CHECK(positions(several.path()) == positions(one.path()));
 }
 
+// The tiles of a tileset below a tile, level by level; and what they are made of.
+struct SeenTiles {
+  std::vector<std::string> chunks, coarse;
+  std::size_t depth = 0;
+};
+
+// Adds a tile and those below it. A parent's error is at least that of its children, and its box holds theirs.
+void look_at_tiles(const json& tile, std::size_t depth, SeenTiles& seen) {
+  seen.depth = std::max(seen.depth, depth);
+  if (!tile.contains("children")) {
+    seen.chunks.push_back(tile.at("content").at("uri"));
+    return;
+  }
+  if (tile.contains("content")) seen.coarse.push_back(tile.at("content").at("uri"));
+  CHECK(tile.at("children").size() <= kChildTiles);
+  for (const json& child : tile.at("children")) {
+    CHECK(child.at("geometricError") <= tile.at("geometricError"));
+    const json &outer = tile.at("boundingVolume").at("box"), &inner = child.at("boundingVolume").at("box");
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const double apart = std::abs(outer.at(axis).get<double>() - inner.at(axis).get<double>());
+      CHECK(apart + std::abs(inner.at(3 + 4 * axis).get<double>()) <=
+            std::abs(outer.at(3 + 4 * axis).get<double>()) + 1e-3);
+    }
+    look_at_tiles(child, depth + 1, seen);
+  }
+}
+
+TEST_CASE("tiles of many chunks stand in for at most eight others, and the whole is read back") {
+  const Snapshot snapshot = snapshot_of_wall();
+  const TemporaryFolder several, one;
+  write_model(several.path(), snapshot, {}, {.chunk_faces = 40, .coarse_faces = 60});
+  write_model(one.path(), snapshot, {}, {});
+  const json root = json::parse(bytes_of(several / "tileset.json")).at("root");
+  SeenTiles seen;
+  look_at_tiles(root, 0, seen);
+  CHECK(seen.chunks.size() == surfaces_in(several.path()).size());
+  REQUIRE(seen.chunks.size() > kChildTiles);
+  CHECK(seen.depth == 2);
+  REQUIRE(seen.coarse.size() == 1 + root.at("children").size());
+  for (const std::string& name : seen.coarse) {
+    const json gltf = glb_json(several.path() / name);
+    const auto indices = gltf.at("meshes").at(0).at("primitives").at(0).at("indices").get<std::size_t>();
+    const auto corners = gltf.at("accessors").at(indices).at("count").get<std::size_t>();
+    CHECK(corners > 0);
+    CHECK(corners <= 3 * 120);
+  }
+  const auto faces = [](const TemporaryFolder& folder) {
+    return read_model(folder.path()).snapshot.surface->mesh.faces.size();
+  };
+  CHECK(faces(several) == faces(one));
+}
+
+// The chunks below a tile, and how deep they all are.
+std::size_t chunks_below(const TileRange& tile, std::size_t& depth) {
+  if (tile.children.empty()) {
+    depth = 0;
+    return 1;
+  }
+  CHECK(tile.children.size() <= kChildTiles);
+  std::size_t next = tile.first;
+  std::set<std::size_t> depths;
+  for (const TileRange& child : tile.children) {
+    CHECK(child.first == next);
+    std::size_t below = 0;
+    CHECK(chunks_below(child, below) == child.count);
+    depths.insert(below);
+    next += child.count;
+  }
+  CHECK(depths.size() == 1);
+  depth = *depths.begin() + 1;
+  return next - tile.first;
+}
+
+TEST_CASE("a tree of tiles has each chunk once, in order, at one depth") {
+  for (const std::size_t chunks : {1, 2, 8, 9, 16, 63, 64, 65, 500, 513}) {
+    std::size_t depth = 0;
+    CHECK(chunks_below(tile_tree(chunks), depth) == chunks);
+    CHECK(depth == (chunks == 1 ? 0 : chunks <= 8 ? 1 : chunks <= 64 ? 2 : chunks <= 512 ? 3 : 4));
+  }
+}
+
 TEST_CASE("a tileset has a tile for each chunk, with its box, below the coarse surface or an empty root") {
   const Snapshot snapshot = snapshot_of_wall(true);
   const CellShares shares = share_cells(*snapshot.surface, 0.3);
@@ -308,8 +390,15 @@ TEST_CASE("chunks that do not fit together are refused in one sentence") {
       {"a third level",
        [](DamagedChunks& m) {
          json& children = m.tileset["root"]["children"];
+         children[0] = {{"children", json::array({children[0], children[1]})}};
+         children.erase(1);
+         return std::string("accepted");
+       }},
+      {"a third level with a chunk twice",
+       [](DamagedChunks& m) {
+         json& children = m.tileset["root"]["children"];
          children[1]["children"] = json::array({children[0]});
-         return std::string("tileset.json: has tiles of three levels, this program reads two");
+         return "tileset.json: two tiles have the surface " + m.name(0) + ", each must have its own";
        }},
       {"a chunk missing",
        [](DamagedChunks& m) {

@@ -1,27 +1,22 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Decides which chunks of a surface are on the GPU: all if they fit, else those that are nearest to the camera, those
-// that it sees first. The coarse mesh stands in for the others.
+// that it sees first. Coarse meshes stand in for the others.
 import {poseOf} from '../camera.js';
 import {FetchFailure} from '../reading/fetching.js';
-import {CoarseFaces, distanceToBox} from '../reading/chunks.js';
+import {distanceToBox} from '../reading/chunks.js';
 import {loadResidentTiles} from '../reading/model.js';
 import {ContextLost} from './gl_objects.js';
 import {Pyramid, ballAround} from './pyramid.js';
+import {StandIns} from './stand_ins.js';
 /** @import {Viewer} from '../viewer.js' */
 /** @import {Chunks} from '../reading/chunks.js' */
-/** @import {Camera, Chunk, Mesh, Scene, Tables} from '../types.d.ts' */
+/** @import {Camera, Chunk, Mesh, Scene} from '../types.d.ts' */
 
 const CHUNKS_AT_ONCE = 2;      // that are fetched at the same time
 const SHARE_OF_TAKING = 3;     // time between two takings of chunks, by the time that one takes
 const UNSEEN = 4;              // how much farther a chunk counts that the camera does not see
 const CLEARLY_FARTHER = 1.25;  // how much farther a chunk is that gives its room to another
-const COARSE = 'coarse';
-
-// Of the coarse mesh: all of it is in one zone, to which no view refers.
-/** @type {() => Tables} */
-const tablesOfCoarse = () => ({
-  zones: new Uint32Array(4), cells: Uint32Array.of(0, 0, 1), references: new Uint32Array(), resident: new Uint32Array(),
-});
+const FOR_STAND_INS = 1 / 4;   // share of the room, where chunks do not fit
 
 export class ResidentChunks {
   // `scene`: that of the chunks.
@@ -42,12 +37,16 @@ export class ResidentChunks {
     this.lost = new Set();     // chunks that could not be fetched and are not asked for until askAgain()
     /** @type {Chunk[]} */
     this.read = [];            // that are drawn from the next take() on
-    this.room = Infinity;      // bytes of all chunks, once it is known
+    this.room = Infinity;      // bytes of all that is drawn of the surface, once it is known
+    this.roomForStandIns = 0;  // bytes of it
+    this.standIns = new StandIns(this.renderer.surface, chunks);
+    /** @type {Set<number>} */
+    this.standInsComing = new Set();
+    /** @type {Set<number>} */
+    this.standInsLost = new Set();
     this.taken = {at: -Infinity, ms: 0};
     this.count = 0;            // of the chunks that were taken, again and again
     this.waits = false;        // take() is called from outside alone
-    /** @type {CoarseFaces | null} */
-    this.coarse = null;
     /** @type {Promise<boolean> | null} */
     this.filling = null;
     /** @type {Uint32Array<ArrayBuffer> | null} */
@@ -75,10 +74,7 @@ export class ResidentChunks {
   // Draws a coarse mesh where chunks are missing.
   /** @param {Mesh} mesh */
   setCoarse(mesh) {
-    const {surface} = this.renderer;
-    this.coarse = new CoarseFaces(mesh, this.chunks.boxes);
-    surface.setMesh(COARSE, {...mesh, zones: new Uint32Array(mesh.zones.length)});
-    surface.setTables(COARSE, tablesOfCoarse());
+    this.standIns.add(mesh);
     this.drawCoarse();
   }
 
@@ -90,6 +86,7 @@ export class ResidentChunks {
   // Tries again to fetch the chunks that could not be fetched.
   askAgain() {
     this.lost.clear();
+    this.standInsLost.clear();
   }
 
   // How little a chunk is needed for a camera's picture.
@@ -127,7 +124,7 @@ export class ResidentChunks {
     for (const [other, taken] of this.there) {
       if (other === 0 || this.distance(other) <= CLEARLY_FARTHER * distance) bytes += taken;
     }
-    return bytes <= this.room;
+    return bytes <= this.room - this.roomForStandIns;
   }
 
   // Bytes that a chunk takes on the GPU, by those that are there.
@@ -162,7 +159,7 @@ export class ResidentChunks {
     const before = this.count;
     await Promise.all(Array.from({length: CHUNKS_AT_ONCE}, () => this.fetchOthers()));
     this.expect();
-    if (this.lost.size === 0) this.viewer.losses.clearPart('chunk');
+    if (this.lost.size + this.standInsLost.size === 0) this.viewer.losses.clearPart('chunk');
     if (!this.waits) this.take();
     return this.count > before;
   }
@@ -176,6 +173,67 @@ export class ResidentChunks {
 
   async fetchOthers() {
     for (let number = this.next(); number >= 0; number = this.next()) await this.fetch(number);
+    for (let number = this.nextStandIn(); number >= 0 && !this.waits; number = this.nextStandIn()) {
+      await this.fetchStandIn(number);
+    }
+  }
+
+  // How little the mesh is needed that stands in for some chunks; Infinity: all of these are drawn.
+  /** @param {number} number */
+  distanceOfStandIn(number) {
+    const {first, end} = this.chunks.standIns[number];
+    let least = Infinity;
+    for (let chunk = first; chunk < end; ++chunk) {
+      if (!this.there.has(chunk)) least = Math.min(least, this.distance(chunk));
+    }
+    return least;
+  }
+
+  // Returns the next mesh to fetch that stands in for some chunks; -1: there is none, or no room for it.
+  nextStandIn() {
+    const {standIns, standInsComing, standInsLost} = this;
+    if (this.roomForStandIns === 0) return -1;
+    const missing = this.chunks.standIns.flatMap((_, number) =>
+        standIns.there.has(number) || standInsComing.has(number) || standInsLost.has(number) ? [] :
+          [{number, distance: this.distanceOfStandIn(number)}]).filter(({distance}) => distance < Infinity);
+    if (missing.length === 0) return -1;
+    const {number, distance} = missing.reduce((a, b) => b.distance < a.distance ? b : a);
+    const nearer = standIns.numbers().filter((other) => this.distanceOfStandIn(other) <= CLEARLY_FARTHER * distance);
+    const bytes = [number, ...standInsComing, ...nearer].reduce((sum, each) => sum + standIns.bytesOf(each), 0);
+    return bytes <= this.roomForStandIns ? number : -1;
+  }
+
+  /** @param {number} number */
+  async fetchStandIn(number) {
+    const {standIns, standInsComing, viewer} = this;
+    standInsComing.add(number);
+    try {
+      const mesh = await this.chunks.loadStandIn(number);
+      this.expect();
+      standIns.add(mesh, number);
+    } catch (error) {
+      if (!(error instanceof FetchFailure)) throw error;
+      this.expect();
+      this.standInsLost.add(number);
+      if (!viewer.passesBy(error)) viewer.losses.notePart('chunk', error);
+    } finally {
+      standInsComing.delete(number);
+    }
+    this.dropStandIns();
+    this.drawCoarse();
+    viewer.invalidate();
+  }
+
+  // Drops the meshes that stand in for no chunk, and the farthest until the others have room.
+  dropStandIns() {
+    const {standIns} = this;
+    const ordered = standIns.numbers().map((number) => ({number, distance: this.distanceOfStandIn(number)}))
+        .sort((a, b) => a.distance - b.distance);
+    let bytes = 0;
+    for (const {number, distance} of ordered) {
+      bytes += standIns.bytesOf(number);
+      if (distance === Infinity || bytes > this.roomForStandIns) standIns.remove(number);
+    }
   }
 
   // A chunk that cannot be fetched is noted as lost, and others go on.
@@ -221,12 +279,21 @@ export class ResidentChunks {
       this.viewer.noteOffset(mesh);
     }
     this.count += chunks.length;
+    if (this.room === Infinity) this.takeRoom();
+    this.dropStandIns();
     this.drawCoarse();
-    if (this.room === Infinity) this.room = this.viewer.roomForChunks(this.estimateOfAll());
     this.viewer.surfaceChanged(changed.includes(0) ? null : changed.map((number) => this.chunks.boxes[number]));
     const now = performance.now();
     this.taken = {at: now, ms: now - start};
     this.begin();
+  }
+
+  // Finds out how many bytes may be taken.
+  takeRoom() {
+    const all = this.estimateOfAll();
+    this.room = this.viewer.roomForChunks(all);
+    const isScarce = this.room < all && this.chunks.standIns.length > 0;
+    this.roomForStandIns = isScarce ? FOR_STAND_INS * this.room : 0;
   }
 
   // Drops the chunks that are farthest, until there is room for `bytes`, and returns their numbers.
@@ -237,7 +304,7 @@ export class ResidentChunks {
         .map((number) => ({number, distance: this.distance(number)})).sort((a, b) => a.distance - b.distance);
     /** @type {number[]} */
     const dropped = [];
-    while (taken + bytes > this.room && farthest.length > 0) {
+    while (taken + bytes > this.room - this.roomForStandIns && farthest.length > 0) {
       const {number} = /** @type {{number: number}} */ (farthest.pop());
       taken -= this.there.get(number) ?? 0;
       this.there.delete(number);
@@ -247,14 +314,12 @@ export class ResidentChunks {
     return dropped;
   }
 
-  // The coarse mesh is not needed any more once all chunks are there, because then there is room for all.
+  // The coarse meshes are not needed any more once all chunks are there, because then there is room for all.
   drawCoarse() {
-    const {surface} = this.renderer;
     if (this.isWhole()) {
-      surface.remove(COARSE);
-      this.coarse = null;
-    } else if (this.coarse && this.there.size > 0) {
-      surface.setBehind(COARSE, this.coarse.standingFor((number) => !this.there.has(number)));
+      this.standIns.removeAll();
+    } else if (this.there.size > 0) {
+      this.standIns.draw((number) => !this.there.has(number));
     }
   }
 
@@ -262,6 +327,7 @@ export class ResidentChunks {
   /** @param {ResidentChunks} before */
   keepFrom(before) {
     this.room = before.room;
+    this.roomForStandIns = before.roomForStandIns;
     const kept = new Map([...before.there].map(([number, bytes]) => [before.chunks.sources[number].uri, bytes]));
     this.chunks.sources.forEach(({uri}, number) => {
       const bytes = kept.get(uri);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // A surface in chunks, each a file of its own, and the faces of a coarse mesh that stand in where some are missing.
-/** @import {Chunk, ChunkSource, Mesh, MeshFile, Scene} from '../types.d.ts' */
+/** @import {Chunk, ChunkSource, Mesh, MeshFile, Scene, StandIn} from '../types.d.ts' */
 
 // Returns the squared distances of a point from a box (least x, y, z, then most) and from the box's middle.
 /** @param {number[]} box @param {ArrayLike<number>} point */
@@ -48,8 +48,9 @@ function meets(positions, face, box) {
 // The faces of a coarse mesh by the chunks in whose place they stand: those whose boxes they meet, and the one whose
 // box is nearest to their first vertex.
 export class CoarseFaces {
-  /** @param {Mesh} mesh @param {number[][]} boxes */
-  constructor({positions, corners}, boxes) {
+  // `boxes`: of the chunks from the one numbered `firstChunk` on.
+  /** @param {Mesh} mesh @param {number[][]} boxes @param {number} firstChunk */
+  constructor({positions, corners}, boxes, firstChunk) {
     this.corners = corners;
     /** @type {number[]} */
     const chunks = [];
@@ -64,7 +65,7 @@ export class CoarseFaces {
       }
       this.firsts[face + 1] = chunks.length;
     }
-    this.chunks = Uint32Array.from(chunks);
+    this.chunks = Uint32Array.from(chunks, (number) => firstChunk + number);
   }
 
   // Returns the corners of the faces that stand in for chunks.
@@ -85,11 +86,12 @@ export class CoarseFaces {
 // The chunks of a surface.
 export class Chunks {
   // `boxes`: where each of the sources' meshes lies. `bytes`: how many each of their files has; 0: that is not known.
-  /** @param {ChunkSource[]} sources @param {number[][]} boxes @param {number[]} bytes */
-  constructor(sources, boxes, bytes) {
+  /** @param {ChunkSource[]} sources @param {number[][]} boxes @param {number[]} bytes @param {StandIn[]} standIns */
+  constructor(sources, boxes, bytes, standIns) {
     this.sources = sources;
     this.boxes = boxes;
     this.bytes = bytes;
+    this.standIns = standIns;  // coarse meshes of some chunks each, a coarser one before those of its chunks
   }
 
   // Describes all chunks as one mesh file, whose name lists their files.
@@ -97,6 +99,15 @@ export class Chunks {
   described() {
     const file = this.sources.map(({uri}) => uri).join();
     return {file, colors: file, tables: file, source: this.sources[0], chunks: this};
+  }
+
+  // Reads the coarse mesh that stands in for some chunks and lets go of its file.
+  /** @param {number} number */
+  async loadStandIn(number) {
+    const {source} = this.standIns[number];
+    const mesh = await source.mesh();
+    await source.release();
+    return mesh;
   }
 
   // Reads a chunk and lets go of its file.

@@ -84,14 +84,38 @@ function tileContent({content}) {
   return content;
 }
 
-// The surface of tiles without children: the root, or its children.
-/** @param {SiteFiles} files @param {Tile[]} tiles @returns {Promise<MeshFile>} */
-async function surfaceOf(files, tiles) {
-  const sources = tiles.map((tile) => new SurfaceSource(files, tileContent(tile).uri));
-  if (tiles.length === 1) return sources[0].described();
-  const extras = tiles.map((tile) => tileContent(tile).extras);
+// The tiles without children, which are chunks, and those between the root and them that have content, a parent before
+// its children: with the numbers of the chunks that it stands for.
+/** @param {Tile} root */
+function tilesBelow(root) {
+  /** @type {Tile[]} */
+  const chunks = [];
+  /** @type {{tile: Tile, first: number, end: number}[]} */
+  const between = [];
+  const add = (/** @type {Tile} */ tile) => {
+    if (!tile.children?.length) {
+      chunks.push(tile);
+      return;
+    }
+    const range = {tile, first: chunks.length, end: 0};
+    if (tile !== root && tile.content) between.push(range);
+    tile.children.forEach(add);
+    range.end = chunks.length;
+  };
+  add(root);
+  return {chunks, between};
+}
+
+/** @param {SiteFiles} files @param {ReturnType<typeof tilesBelow>} tiles @returns {Promise<MeshFile>} */
+async function surfaceOf(files, {chunks, between}) {
+  const sourceOf = (/** @type {Tile} */ tile) => new SurfaceSource(files, tileContent(tile).uri);
+  const sources = chunks.map(sourceOf);
+  if (chunks.length === 1) return sources[0].described();
+  const extras = chunks.map((tile) => tileContent(tile).extras);
   const boxes = extras.map((extra) => extra?.box ?? [0, 0, 0, 0, 0, 0]);
-  return new Chunks(sources, boxes, extras.map((extra) => extra?.byteLength ?? 0)).described();
+  const bytes = extras.map((extra) => extra?.byteLength ?? 0);
+  const standIns = between.map(({tile, first, end}) => ({source: sourceOf(tile), first, end}));
+  return new Chunks(sources, boxes, bytes, standIns).described();
 }
 
 /** @param {SiteFiles} files @param {string} name @param {Shaders} shaders @param {boolean} anew */
@@ -101,8 +125,10 @@ async function tilesetScene(files, name, shaders, anew) {
   const properties = checked(tileset.extensions?.[LUMIGRAPH], name);
   const {root} = tileset;
   const isWhole = !root.children?.length;
-  const tiles = root.children?.length ? root.children : [root];
-  for (const {content} of [root, ...tiles]) if (content?.extras) files.sizes[content.uri] = content.extras.byteLength;
+  const tiles = tilesBelow(root);
+  for (const {content} of [root, ...tiles.chunks, ...tiles.between.map(({tile}) => tile)]) {
+    if (content?.extras) files.sizes[content.uri] = content.extras.byteLength;
+  }
   for (const {uri, byteLength} of properties.images ?? []) files.sizes[uri] = byteLength;
   const {box} = root.boundingVolume;
   return sceneOf(properties, shaders, {
