@@ -123,12 +123,14 @@ export class Residents {
   /** @returns {{slot: number, instead?: number, depths?: boolean} | null} */
   next() {
     const {cells, layout} = this.photographs;
+    const fresh = this.current();
     for (const slot of this.stale) {
-      if (!cells.has(slot)) this.stale.delete(slot);
+      // Others get new depths when they are fetched.
+      if (!fresh.has(slot)) this.stale.delete(slot);
       else if (!this.coming.has(slot) && !this.lost.has(slot)) return {slot, depths: true};
     }
     return nextToFetch(
-        this.ranked(), {held: cells, fresh: this.current(), coming: this.coming, lost: this.lost, room: layout.count});
+        this.ranked(), {held: cells, fresh, coming: this.coming, lost: this.lost, room: layout.count});
   }
 
   // Loads what a camera's picture needs, as far as there is room.
