@@ -3,15 +3,20 @@
 
 #include <fcntl.h>
 #include <httplib.h>
-#include <signal.h>
 #include <spawn.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <catch2/catch.hpp>
+#include <cctype>
 #include <chrono>
 #include <condition_variable>
+#include <csignal>
+#include <exception>
+#include <filesystem>
+#include <fstream>
 #include <mutex>
+#include <nlohmann/json.hpp>
 #include <stdexcept>
 #include <thread>
 
@@ -57,17 +62,88 @@ class ProgramGroup {
   pid_t group_ = 0;
 };
 
+// Every byte but letters and digits as %XX.
+std::string percent_encoded(const std::string& text) {
+  std::string encoded;
+  for (const char c : text) {
+    const auto byte = static_cast<unsigned char>(c);
+    if (std::isalnum(byte) != 0) {
+      encoded += c;
+    } else {
+      encoded += '%';
+      for (const int digit : {byte / 16, byte % 16}) encoded += "0123456789ABCDEF"[digit];
+    }
+  }
+  return encoded;
+}
+
+// Chromium, which opens and closes tabs when it is asked by HTTP. To start it takes as long as a short test.
+class Browser {
+ public:
+  explicit Browser(const std::filesystem::path& chromium)
+      : program_({chromium.string(), "--headless=new", "--no-sandbox", "--use-angle=swiftshader",
+                  "--enable-unsafe-swiftshader", "--disable-gpu", "--disable-quic", "--no-first-run",
+                  "--disable-background-networking", "--disable-component-update", "--disable-sync",
+                  "--disable-dev-shm-usage", "--user-data-dir=" + profile_.path().string(), "--window-size=640,480",
+                  "--remote-debugging-port=0", "about:blank"}) {
+    const auto deadline = std::chrono::steady_clock::now() + kPatience;
+    while (port_ == 0) {
+      if (std::chrono::steady_clock::now() > deadline) throw std::runtime_error("chromium opens no port");
+      std::this_thread::sleep_for(std::chrono::milliseconds(5));
+      // Its first line is the port, and the second shows that the first is whole.
+      std::ifstream file(profile_.path() / "DevToolsActivePort");
+      std::string port, rest;
+      if (file >> port >> rest) port_ = std::stoi(port);
+    }
+  }
+
+  // Returns the answer to a request that changes tabs, such as "new?URL".
+  [[nodiscard]] std::string ask(const std::string& request) const {
+    httplib::Client client("127.0.0.1", port_);
+    client.set_read_timeout(kPatience);
+    const httplib::Result result = client.Put("/json/" + request);
+    if (!result || result->status != 200) throw std::runtime_error("chromium does not answer to " + request);
+    return result->body;
+  }
+
+ private:
+  TemporaryFolder profile_;
+  ProgramGroup program_;
+  int port_ = 0;
+};
+
+// A page that is shown as long as this lives.
+class BrowserTab {
+ public:
+  BrowserTab(const Browser& browser, const std::string& url)
+      : browser_(browser), id_(nlohmann::json::parse(browser.ask("new?" + percent_encoded(url)))["id"]) {}
+  ~BrowserTab() {
+    try {
+      (void)browser_.ask("close/" + id_);
+    } catch (const std::exception& error) {
+      UNSCOPED_INFO(error.what());
+      CHECK(false);
+    }
+  }
+  BrowserTab(const BrowserTab&) = delete;
+  BrowserTab& operator=(const BrowserTab&) = delete;
+
+ private:
+  const Browser& browser_;
+  std::string id_;
+};
+
 // The first half of a file. `promised`: in an answer that promises all of it.
 void answer_half(const SiteFile& file, bool promised, httplib::Response& response) {
   const auto* bytes = reinterpret_cast<const char*>(file.bytes.data());
   const std::size_t half = file.bytes.size() / 2;
   if (promised) {
-    response.set_content_provider(file.bytes.size(), file.type.c_str(),
+    response.set_content_provider(file.bytes.size(), file.type,
                                   [=](std::size_t offset, std::size_t, httplib::DataSink& sink) {
                                     return offset < half && sink.write(bytes + offset, half - offset);
                                   });
   } else {
-    response.set_chunked_content_provider(file.type.c_str(), [=](std::size_t, httplib::DataSink& sink) {
+    response.set_chunked_content_provider(file.type, [=](std::size_t, httplib::DataSink& sink) {
       sink.write(bytes, half);
       sink.done();
       return true;
@@ -80,7 +156,7 @@ void answer(const SiteFile& file, const Trouble& trouble, httplib::Response& res
   std::this_thread::sleep_for(trouble.delay);
   switch (trouble.kind) {
     case Kind::none:
-      return response.set_content(std::string(file.bytes.begin(), file.bytes.end()), file.type.c_str());
+      return response.set_content(std::string(file.bytes.begin(), file.bytes.end()), file.type);
     case Kind::refused:
     case Kind::missing:
       response.status = trouble.kind == Kind::refused ? 503 : 404;
@@ -109,6 +185,9 @@ class TestServer {
     };
     server_.Post("/said/(.*)", listen);
     server_.Get("/said/(.*)", listen);
+    // Its end waits for connections that the browser holds open.
+    server_.set_keep_alive_max_count(1);
+    server_.set_keep_alive_timeout(1);
     port_ = server_.bind_to_any_port("127.0.0.1");
     thread_ = std::thread([this] { server_.listen_after_bind(); });
     while (!server_.is_running()) std::this_thread::sleep_for(std::chrono::milliseconds(5));
@@ -141,23 +220,18 @@ class TestServer {
 
 }  // namespace
 
-Said said_in_browser(const std::vector<SiteFile>& files, const std::string& start, int width, int height,
-                     const Network& network) {
+Said said_in_browser(const std::vector<SiteFile>& files, const std::string& start, const Network& network) {
   const std::filesystem::path chromium = find_program("chromium");
   if (chromium.empty()) {
     skip("there is no chromium");
     return {};
   }
+  static const Browser browser(chromium);
   TestServer server(files, network);
-  const TemporaryFolder profile;
   std::string url = start;
   if (const std::size_t at = url.find("{{server}}"); at != std::string::npos) url.replace(at, 10, server.address());
   if (url.starts_with("/")) url = server.address() + url;
-  const ProgramGroup browser({chromium.string(), "--headless=new", "--no-sandbox", "--use-angle=swiftshader",
-                              "--enable-unsafe-swiftshader", "--disable-gpu", "--disable-quic", "--no-first-run",
-                              "--disable-background-networking", "--disable-component-update", "--disable-sync",
-                              "--disable-dev-shm-usage", "--user-data-dir=" + profile.path().string(),
-                              "--window-size=" + std::to_string(width) + "," + std::to_string(height), url});
+  const BrowserTab tab(browser, url);
   return server.wait_for_end();
 }
 

@@ -31,11 +31,12 @@ struct Trouble {
 // Says what happens to the request for a file of that name; may be called from several threads at once.
 using Network = std::function<Trouble(const std::string& name)>;
 
-// Serves the files, opens `start` (a path on that server, or a whole URL in which {{server}} is its address), and waits
-// until something is posted to /said/done, or the time is over. Skips the test case, and says nothing, where there is
-// no Chromium.
-[[nodiscard]] Said said_in_browser(const std::vector<SiteFile>& files, const std::string& start, int width = 640,
-                                   int height = 480, const Network& network = {});
+// Serves the files, opens `start` (a path on that server, or a whole URL in which {{server}} is its address) in a new
+// tab, waits until something is posted to /said/done, or the time is over, and closes the tab. All calls of a program
+// share one browser, whose window has 640 x 480 pixels; each call has a server of its own, and so an origin with its
+// own cache and storage. Skips the test case, and says nothing, where there is no Chromium.
+[[nodiscard]] Said said_in_browser(const std::vector<SiteFile>& files, const std::string& start,
+                                   const Network& network = {});
 
 // All errors and warnings that pages said; empty: none.
 [[nodiscard]] std::string problem_of(const Said& said);
