@@ -6,11 +6,14 @@
 #
 # ARGUMENTS: of the program. WITHOUT: packages that must not be needed (any look for them fails). UNLINKED: libraries that
 # the program must not name.
-# Further: GENERATOR, COMPILER, READELF.
+# Further: GENERATOR, COMPILER, READELF. LAUNCHER: of the compiler, a cache for instance; may be left out.
 string(REPLACE "," ";" ARGUMENTS "${ARGUMENTS}")
 string(REPLACE "," ";" WITHOUT "${WITHOUT}")
 string(REPLACE "," ";" UNLINKED "${UNLINKED}")
 list(TRANSFORM WITHOUT REPLACE "^(.+)$" "-DCMAKE_DISABLE_FIND_PACKAGE_\\1=ON")
+if(LAUNCHER)
+  set(LAUNCHER -DCMAKE_CXX_COMPILER_LAUNCHER=${LAUNCHER})
+endif()
 
 function(run step)
   execute_process(COMMAND ${ARGN} RESULT_VARIABLE result OUTPUT_VARIABLE output ERROR_VARIABLE output)
@@ -22,7 +25,8 @@ endfunction()
 
 file(REMOVE_RECURSE ${WORK})
 run("configuring" ${CMAKE_COMMAND} -S ${CMAKE_CURRENT_LIST_DIR} -B ${WORK} -G ${GENERATOR} -DCOMPONENTS=${COMPONENTS}
-  -DCMAKE_BUILD_TYPE=Release -DCMAKE_CXX_COMPILER=${COMPILER} -DCMAKE_PREFIX_PATH=${PREFIX} ${WITHOUT})
+  -DCMAKE_BUILD_TYPE=Release -DCMAKE_CXX_COMPILER=${COMPILER} -DCMAKE_PREFIX_PATH=${PREFIX}
+  ${LAUNCHER} ${WITHOUT})
 run("building" ${CMAKE_COMMAND} --build ${WORK})
 run("running" ${WORK}/consumer ${ARGUMENTS})
 message(STATUS "${output}")

@@ -25,7 +25,8 @@ function(lumatlas_consumer_test component)
   add_test(NAME ${name} COMMAND ${CMAKE_COMMAND} -D COMPONENTS=${components} -D PREFIX=${consumer_prefix}
     -D WORK=${CMAKE_CURRENT_BINARY_DIR}/consumer/build-${component} -D ARGUMENTS=${arguments}
     -D WITHOUT=${without} -D UNLINKED=${unlinked}
-    -D GENERATOR=${CMAKE_GENERATOR} -D COMPILER=${CMAKE_CXX_COMPILER} -D READELF=${CMAKE_READELF}
+    -D GENERATOR=${CMAKE_GENERATOR} -D COMPILER=${CMAKE_CXX_COMPILER} -D LAUNCHER=${LUMATLAS_CCACHE}
+    -D READELF=${CMAKE_READELF}
     -P ${CMAKE_CURRENT_SOURCE_DIR}/consumer/run.cmake)
   set_tests_properties(${name} PROPERTIES FIXTURES_REQUIRED "lumatlas_installed;lumatlas_scene" TIMEOUT 600)
 endfunction()
