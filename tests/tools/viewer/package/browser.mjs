@@ -45,7 +45,7 @@ export const started = (puppeteer, executablePath) =>
 // not deleted.
 export async function opened(browser, address, problems) {
   const page = await browser.newPage();
-  await page.setViewport({width: 800, height: 600});
+  await page.setViewport({width: 520, height: 390});
   page.on('pageerror', (error) => problems.push(String(error.stack ?? error)));
   page.on('console', (message) => {
     const text = `${message.text()} ${message.location().url ?? ''}`;
