@@ -22,7 +22,7 @@ using FaceCorners = std::array<std::uint32_t, 9>;
   for (int corner = 0; corner < 3; ++corner) {
     const glm::vec3& position = mesh.positions[mesh.faces[face][corner]];
     for (int axis = 0; axis < 3; ++axis) {
-      corners[static_cast<std::size_t>(3 * corner + axis)] =
+      corners[3 * static_cast<std::size_t>(corner) + static_cast<std::size_t>(axis)] =
           std::bit_cast<std::uint32_t>(position[axis] + 0.0f);  // -0 becomes 0
     }
   }

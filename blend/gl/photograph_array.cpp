@@ -26,7 +26,7 @@ std::uint32_t round_up(std::uint32_t value, std::uint32_t unit) {
 // Returns cameras of no size for view slots without a view.
 std::vector<Camera> cameras_of(const Snapshot& snapshot) {
   std::vector<Camera> cameras(snapshot.views.size());
-  for (std::size_t slot = 0; slot < cameras.size(); ++slot) {
+  for (ViewSlot slot{0}; slot < cameras.size(); ++slot) {
     if (snapshot.views[slot]) cameras[slot] = snapshot.views[slot]->camera;
   }
   return cameras;
@@ -261,15 +261,15 @@ void PhotographArray::load(const Snapshot& snapshot, bool blocks) {
   tile_height_ = whole_views ? shape.slot_height : tiles.options.tile_px;
   gutter_ = whole_views ? 0 : tiles.options.gutter_px;
   held_.resize(std::size_t{shape_.columns} * shape_.rows * shape_.pages);
-  std::vector<TilePlace> slots = tiles.slots;
+  std::vector<TilePlace> places = tiles.slots;
   first_tile_ = tiles.first_tile;
   if (whole_views) {
-    for (std::uint32_t view = 0; view < snapshot.views.size(); ++view) slots.emplace_back(view);
-    first_tile_.assign(slots.begin(), slots.end());
+    for (std::uint32_t view = 0; view < snapshot.views.size(); ++view) places.emplace_back(view);
+    first_tile_.assign(places.begin(), places.end());
   }
   measure_depths(snapshot);
   glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
-  std::vector<Upload> missing = missing_tiles(snapshot, slots);
+  std::vector<Upload> missing = missing_tiles(snapshot, places);
   uploaded_ = 0;
   // Tiles are prepared on all processors, kBytesAtOnce of them at a time. GL takes them from this thread.
   const std::size_t at_once =
@@ -278,34 +278,35 @@ void PhotographArray::load(const Snapshot& snapshot, bool blocks) {
     const std::size_t end = std::min(first + at_once, missing.size());
     tbb::parallel_for(first, end, [&](std::size_t i) { prepare(missing[i], *snapshot.views[missing[i].view]); });
     // Should copying fail, it is not known what the tile places hold.
-    for (std::size_t i = first; i < end; ++i) held_[missing[i].slot] = {};
+    for (std::size_t i = first; i < end; ++i) held_[missing[i].place] = {};
     copy(std::span(missing).subspan(first, end - first));
     for (std::size_t i = first; i < end; ++i) {
       const StoredView& view = *snapshot.views[missing[i].view];
-      held_[missing[i].slot] = {view.photograph, view.mask, missing[i].tile, missing[i].digests};
+      held_[missing[i].place] = {view.photograph, view.mask, missing[i].tile, missing[i].digests};
       missing[i] = {};
     }
   }
   check_gl("uploading photographs");
-  tile_slots_.store(std::as_bytes(std::span<const TilePlace>(slots)));
+  tile_slots_.store(std::as_bytes(std::span<const TilePlace>(places)));
 }
 
-// Those that are resident, but not in their slots yet.
+// Returns the tiles that are resident, but not in their tile places yet.
 std::vector<PhotographArray::Upload> PhotographArray::missing_tiles(const Snapshot& snapshot,
-                                                                    std::span<const TilePlace> slots) const {
+                                                                    std::span<const TilePlace> places) const {
   std::vector<Upload> missing;
-  for (std::uint32_t view = 0; view < snapshot.views.size(); ++view) {
+  for (ViewSlot view{0}; view < snapshot.views.size(); ++view) {
     if (!snapshot.views[view]) continue;
     const std::uint32_t end = view + 1 < first_tile_.size() ? first_tile_[view + 1] : view + 1;
     for (std::uint32_t number = first_tile_[view]; number < end; ++number) {
-      if (slots[number] == TilePlace::none) continue;
+      const TilePlace place = places[number];
+      if (place == TilePlace::none) continue;
       const std::uint32_t tile = number - first_tile_[view];
-      const Held& held = held_[slots[number]];
+      const Held& held = held_[place];
       if (same(held.photograph, snapshot.views[view]->photograph) && same(held.mask, snapshot.views[view]->mask) &&
           held.tile == tile) {
         continue;
       }
-      missing.push_back({slots[number], view, tile, {}, {}, {}, {}});
+      missing.push_back({place, view, tile, {}, {}, {}, {}});
     }
   }
   return missing;
@@ -313,7 +314,7 @@ std::vector<PhotographArray::Upload> PhotographArray::missing_tiles(const Snapsh
 
 void PhotographArray::measure_depths(const Snapshot& snapshot) {
   scaled_.resize(snapshot.views.size());
-  for (std::size_t view = 0; view < scaled_.size(); ++view) {
+  for (ViewSlot view{0}; view < scaled_.size(); ++view) {
     if (!snapshot.views[view] || same(scaled_[view].mask, snapshot.views[view]->mask)) continue;
     scaled_[view] = {snapshot.views[view]->mask, lumatlas::depth_scale(*snapshot.views[view])};
   }
@@ -331,7 +332,7 @@ void PhotographArray::prepare(Upload& upload, const StoredView& view) const {
 // Leaves empty what the tile place holds already. All levels follow from the finest one, and of its colours and
 // validities either may be the same.
 void PhotographArray::prepare_levels(Upload& upload, const StoredView& view, const ImageRect& rect) const {
-  const Held& held = held_[upload.slot];
+  const Held& held = held_[upload.place];
   ImageLevel finest = std::move(image_levels(view, rect, 1).front());
   std::vector<std::uint8_t> validity = validity_of(finest);
   const bool same_photograph = same(held.photograph, view.photograph) && held.tile == upload.tile;
@@ -359,7 +360,7 @@ void PhotographArray::prepare_depths(Upload& upload, const StoredView& view, std
   const float scale = scaled_[upload.view].scale;
   const ImageRect part{left, top, kDepthBlockSide * shape_.depth_columns, kDepthBlockSide * shape_.depth_rows};
   upload.digests.depth = digest_of_depths(view, part, scale);
-  if (held_[upload.slot].digests.depth == upload.digests.depth) return;
+  if (held_[upload.place].digests.depth == upload.digests.depth) return;
   for (std::uint32_t row = 0; row < shape_.depth_rows; ++row) {
     for (std::uint32_t column = 0; column < shape_.depth_columns; ++column) {
       upload.depth.push_back(depth_block(view, left + kDepthBlockSide * column, top + kDepthBlockSide * row, scale));
@@ -367,10 +368,10 @@ void PhotographArray::prepare_depths(Upload& upload, const StoredView& view, std
   }
 }
 
-PhotographArray::Place PhotographArray::place_of(std::uint32_t slot) const {
+PhotographArray::Texel PhotographArray::first_texel(TilePlace place) const {
   const std::uint32_t in_page = shape_.columns * shape_.rows;
-  return {slot % in_page % shape_.columns * shape_.slot_width, slot % in_page / shape_.columns * shape_.slot_height,
-          slot / in_page};
+  return {place % in_page % shape_.columns * shape_.slot_width, place % in_page / shape_.columns * shape_.slot_height,
+          place / in_page};
 }
 
 void PhotographArray::copy(std::span<const Upload> uploads) {
@@ -380,16 +381,16 @@ void PhotographArray::copy(std::span<const Upload> uploads) {
     copy_levels(upload);
     copy_depths(upload);
     if (upload.validity.empty()) continue;
-    const Place place = place_of(upload.slot);
-    masks.push_back({place.x, place.y, place.page, upload.validity});
+    const Texel first = first_texel(upload.place);
+    masks.push_back({first.x, first.y, first.page, upload.validity});
     mask_bytes_ += upload.validity.size();
   }
   if (!masks.empty()) mask_pass_.write(photographs_, shape_.slot_width, shape_.slot_height, masks);
 }
 
 void PhotographArray::copy_levels(const Upload& upload) {
-  const Place place = place_of(upload.slot);
-  const auto x = static_cast<GLint>(place.x), y = static_cast<GLint>(place.y), page = static_cast<GLint>(place.page);
+  const Texel first = first_texel(upload.place);
+  const auto x = static_cast<GLint>(first.x), y = static_cast<GLint>(first.y), page = static_cast<GLint>(first.page);
   glBindTexture(GL_TEXTURE_2D_ARRAY, photographs_.get());
   for (GLint number = 0; number < static_cast<GLint>(upload.levels.size()); ++number) {
     const std::vector<std::uint8_t>& level = upload.levels[static_cast<std::size_t>(number)];
@@ -410,10 +411,10 @@ void PhotographArray::copy_levels(const Upload& upload) {
 void PhotographArray::copy_depths(const Upload& upload) {
   if (upload.depth.empty()) return;
   depth_bytes_ += kDepthBlockBytes * upload.depth.size();
-  const Place place = place_of(upload.slot);
+  const Texel first = first_texel(upload.place);
   glBindTexture(GL_TEXTURE_2D_ARRAY, depths_.get());
-  glTexSubImage3D(GL_TEXTURE_2D_ARRAY, 0, static_cast<GLint>(place.x / shape_.slot_width * shape_.depth_columns),
-                  static_cast<GLint>(place.y / shape_.slot_height * shape_.depth_rows), static_cast<GLint>(place.page),
+  glTexSubImage3D(GL_TEXTURE_2D_ARRAY, 0, static_cast<GLint>(first.x / shape_.slot_width * shape_.depth_columns),
+                  static_cast<GLint>(first.y / shape_.slot_height * shape_.depth_rows), static_cast<GLint>(first.page),
                   static_cast<GLsizei>(shape_.depth_columns), static_cast<GLsizei>(shape_.depth_rows), 1,
                   GL_RGBA_INTEGER, GL_UNSIGNED_INT, upload.depth.data());
 }

@@ -21,6 +21,7 @@
 #include "atlas/views/depth_blocks.h"
 #include "blend/gl/gl_objects.h"
 #include "blend/gl/mask_pass.h"
+#include "mesh/base/id.h"
 
 namespace lumatlas {
 
@@ -86,11 +87,11 @@ class PhotographArray {
   [[nodiscard]] std::uint32_t gutter() const { return gutter_; }
   [[nodiscard]] const ArrayShape& shape() const { return shape_; }
   // The number of a view's first tile in the table of tiles, and how many columns of tiles it has.
-  [[nodiscard]] std::uint32_t first_tile(std::uint32_t view) const { return first_tile_[view]; }
+  [[nodiscard]] std::uint32_t first_tile(ViewSlot view) const { return first_tile_[view]; }
   [[nodiscard]] std::uint32_t columns_of(const StoredView& view) const;
   // The unit of a view's stored depths: a power of two near its median depth.
-  [[nodiscard]] float depth_scale(std::uint32_t view) const { return scaled_[view].scale; }
-  // Slots of which the last load() copied colours, masks or depths.
+  [[nodiscard]] float depth_scale(ViewSlot view) const { return scaled_[view].scale; }
+  // Tile places of which the last load() copied colours, masks or depths.
   [[nodiscard]] std::uint32_t uploaded_slots() const { return uploaded_; }
   // Bytes that all calls of load() together have copied to the GPU.
   [[nodiscard]] std::uint64_t color_bytes() const { return color_bytes_; }
@@ -106,7 +107,7 @@ class PhotographArray {
   struct Held {
     std::weak_ptr<const StoredPhotograph> photograph;
     std::weak_ptr<const ViewMask> mask;
-    std::uint32_t tile = 0;
+    std::uint32_t tile = 0;  // of the view
     Digests digests;
   };
   struct Scaled {
@@ -119,18 +120,20 @@ class PhotographArray {
   void measure_depths(const Snapshot& snapshot);
   // A tile for a tile place, and what is copied there. What the tile place holds already is empty.
   struct Upload {
-    std::uint32_t slot, view, tile;
+    TilePlace place;
+    ViewSlot view;
+    std::uint32_t tile;  // of the view
     Digests digests;
     std::vector<std::vector<std::uint8_t>> levels;  // texels or blocks, in the array's format; the finest may be empty
     std::vector<std::uint8_t> validity;             // of the finest level, where its colours stay
     std::vector<DepthBlock> depth;
   };
-  // The first texel of a tile place.
-  struct Place {
+  struct Texel {
     std::uint32_t x, y, page;
   };
-  [[nodiscard]] std::vector<Upload> missing_tiles(const Snapshot& snapshot, std::span<const TilePlace> slots) const;
-  [[nodiscard]] Place place_of(std::uint32_t slot) const;
+  [[nodiscard]] std::vector<Upload> missing_tiles(const Snapshot& snapshot, std::span<const TilePlace> places) const;
+  // Returns the first texel of a tile place.
+  [[nodiscard]] Texel first_texel(TilePlace place) const;
   void prepare(Upload& upload, const StoredView& view) const;
   void prepare_levels(Upload& upload, const StoredView& view, const ImageRect& rect) const;
   void prepare_depths(Upload& upload, const StoredView& view, std::uint32_t left, std::uint32_t top) const;

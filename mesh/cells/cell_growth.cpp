@@ -7,6 +7,7 @@
 #include <stdexcept>
 #include <string>
 
+#include "mesh/base/id.h"
 #include "mesh/cells/cluster_mesh.h"
 #include "mesh/cells/partitions.h"
 #include "mesh/face_corners.h"
@@ -75,12 +76,12 @@ void check_size(const Cells& before, const CellOptions& options) {
 }
 
 // These faces of a mesh, in their order, with the vertices that they use.
-Mesh part_of(const Mesh& mesh, std::span<const std::uint32_t> faces) {
+Mesh part_of(const Mesh& mesh, std::span<const FaceId> faces) {
   constexpr std::uint32_t kUnused = ~0u;
   std::vector<std::uint32_t> number_of(mesh.positions.size(), kUnused);
   Mesh part;
   part.faces.reserve(faces.size());
-  for (const std::uint32_t face : faces) {
+  for (const FaceId face : faces) {
     glm::uvec3 corners = mesh.faces[face];
     for (int corner = 0; corner < 3; ++corner) {
       std::uint32_t& number = number_of[corners[corner]];
@@ -96,36 +97,36 @@ Mesh part_of(const Mesh& mesh, std::span<const std::uint32_t> faces) {
 }
 
 // The faces of cells that touch one of `added`, with those: all that joining these to cells depends on.
-std::vector<std::uint32_t> faces_around(const Mesh& mesh, std::span<const std::uint32_t> added,
-                                        std::span<const std::uint32_t> labels, std::size_t cells) {
+std::vector<FaceId> faces_around(const Mesh& mesh, std::span<const FaceId> added, std::span<const std::uint32_t> labels,
+                                 std::size_t cells) {
   std::vector<std::uint8_t> touched_vertex(mesh.positions.size(), 0);
   std::vector<std::uint8_t> touched_cell(cells, 0);
-  for (const std::uint32_t face : added) {
+  for (const FaceId face : added) {
     for (int corner = 0; corner < 3; ++corner) touched_vertex[mesh.faces[face][corner]] = 1;
     touched_cell[labels[face]] = 1;
   }
-  for (std::uint32_t face = 0; face < mesh.faces.size(); ++face) {
+  for (FaceId face{0}; face < mesh.faces.size(); ++face) {
     const glm::uvec3& corners = mesh.faces[face];
     if (touched_vertex[corners.x] || touched_vertex[corners.y] || touched_vertex[corners.z]) {
       touched_cell[labels[face]] = 1;
     }
   }
-  std::vector<std::uint32_t> faces;
-  for (std::uint32_t face = 0; face < mesh.faces.size(); ++face) {
+  std::vector<FaceId> faces;
+  for (FaceId face{0}; face < mesh.faces.size(); ++face) {
     if (touched_cell[labels[face]]) faces.push_back(face);
   }
   return faces;
 }
 
 // Gives new cells, those from `first_new` on, to a neighbour where they or it are small.
-void join_small(const Mesh& mesh, double size, std::span<const std::uint32_t> added, std::uint32_t first_new,
+void join_small(const Mesh& mesh, double size, std::span<const FaceId> added, std::uint32_t first_new,
                 std::vector<std::uint32_t>& labels) {
   const std::size_t cells = std::size_t{*std::max_element(labels.begin(), labels.end())} + 1;
-  const std::vector<std::uint32_t> faces = faces_around(mesh, added, labels, cells);
+  const std::vector<FaceId> faces = faces_around(mesh, added, labels, cells);
   const Mesh part = part_of(mesh, faces);
   std::vector<std::uint32_t> part_labels;
   part_labels.reserve(faces.size());
-  for (const std::uint32_t face : faces) part_labels.push_back(labels[face]);
+  for (const FaceId face : faces) part_labels.push_back(labels[face]);
   merge_slivers(ClusterMesh(part, face_geometry(part), size), size, part_labels, first_new);
   for (std::size_t i = 0; i < faces.size(); ++i) labels[faces[i]] = part_labels[i];
 }
@@ -135,8 +136,8 @@ std::vector<std::uint32_t> grown_clusters(const Cells& before, const Mesh& mesh,
                                           double normal_weight) {
   const auto first_new = static_cast<std::uint32_t>(before.cells.size());
   std::vector<std::uint32_t> labels(mesh.faces.size());
-  std::vector<std::uint32_t> added;
-  for (std::uint32_t face = 0; face < mesh.faces.size(); ++face) {
+  std::vector<FaceId> added;
+  for (FaceId face{0}; face < mesh.faces.size(); ++face) {
     if (previous_face[face] == FaceId::none) {
       added.push_back(face);
     } else {

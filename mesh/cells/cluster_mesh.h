@@ -34,19 +34,19 @@ class ClusterMesh {
   ClusterMesh(const Mesh& mesh, std::span<const FaceGeometry> geometry, double cell_size);
 
   [[nodiscard]] std::size_t size() const { return faces_.size(); }
-  [[nodiscard]] const ClusterFace& operator[](std::size_t face) const { return faces_[face]; }
+  [[nodiscard]] const ClusterFace& operator[](FaceId face) const { return faces_[face]; }
 
   // Calls visit(neighbour) for the face across each edge that is no boundary, beginning with the edge from the face's
   // first corner to its second. Edges that are not manifold are boundaries (halfedge_mesh.h).
   template <typename Visit>
-  void for_each_neighbor(std::uint32_t face, const Visit& visit) const {
+  void for_each_neighbor(FaceId face, const Visit& visit) const {
     for (const FaceId neighbor : neighbors_[face]) {
       if (neighbor != FaceId::none) visit(neighbor);
     }
   }
 
   // Growing waits for memory more than it works. This asks the processor for what for_each_neighbor() will read.
-  void prefetch_neighbors(std::uint32_t face) const { __builtin_prefetch(&neighbors_[face]); }
+  void prefetch_neighbors(FaceId face) const { __builtin_prefetch(&neighbors_[face]); }
 
  private:
   void find_neighbors(const Mesh& mesh);

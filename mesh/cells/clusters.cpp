@@ -13,6 +13,7 @@
 #include <limits>
 #include <utility>
 
+#include "mesh/base/id.h"
 #include "mesh/cells/cluster_mesh.h"
 #include "mesh/cells/partitions.h"
 #include "mesh/repair/slivers.h"
@@ -25,7 +26,7 @@ constexpr std::size_t kFacesBetweenTicks = 1 << 16;  // some ten milliseconds
 
 // Position and direction of a cluster. Every cluster owns its seed face.
 struct Center {
-  std::uint32_t seed;
+  FaceId seed;
   glm::vec3 position;
   glm::vec3 normal;
 };
@@ -35,13 +36,13 @@ struct Metric {
   float normal_weight;
 
   // See CellOptions::normal_weight.
-  [[nodiscard]] float cost(const ClusterMesh& surface, const Center& center, std::uint32_t face) const {
+  [[nodiscard]] float cost(const ClusterMesh& surface, const Center& center, FaceId face) const {
     const float turn = std::max(0.0f, 1 - glm::dot(surface[face].normal, center.normal));  // rounding can exceed 1
     return glm::distance(surface[face].centroid, center.position) * per_size + normal_weight * turn;
   }
 };
 
-Center center_at(const ClusterMesh& surface, std::uint32_t face) {
+Center center_at(const ClusterMesh& surface, FaceId face) {
   return {face, surface[face].centroid, surface[face].normal};
 }
 
@@ -53,12 +54,12 @@ std::uint64_t scramble(std::uint64_t x) {
   return x ^ (x >> 31);
 }
 
-std::vector<std::uint32_t> shuffled_faces(std::size_t faces) {
+std::vector<FaceId> shuffled_faces(std::size_t faces) {
   std::vector<std::pair<std::uint64_t, std::uint32_t>> keyed(faces);
-  for (std::size_t face = 0; face < faces; ++face) keyed[face] = {scramble(face), static_cast<std::uint32_t>(face)};
+  for (FaceId face{0}; face < faces; ++face) keyed[face] = {scramble(face), face};
   tbb::parallel_sort(keyed);
-  std::vector<std::uint32_t> order(faces);
-  std::transform(keyed.begin(), keyed.end(), order.begin(), [](const auto& entry) { return entry.second; });
+  std::vector<FaceId> order(faces);
+  std::transform(keyed.begin(), keyed.end(), order.begin(), [](const auto& entry) { return FaceId{entry.second}; });
   return order;
 }
 
@@ -74,7 +75,7 @@ class Seeding {
         visitor_(surface.size(), kNoCluster) {}
 
   [[nodiscard]] std::vector<Center> run() {
-    for (const std::uint32_t face : shuffled_faces(surface_.size())) {
+    for (const FaceId face : shuffled_faces(surface_.size())) {
       if (covered_[face]) continue;
       centers_.push_back(center_at(surface_, face));
       cover_around(face);
@@ -87,21 +88,21 @@ class Seeding {
   static constexpr float kSpacing = 0.834f;
 
   // How far a face extends beyond its centroid, in cell sizes: without it, cells of few faces would come out too large.
-  [[nodiscard]] float reach(std::uint32_t face) const {
+  [[nodiscard]] float reach(FaceId face) const {
     constexpr float kReach = 0.2f;  // share of the root of its area; measured
     return kReach * std::sqrt(surface_[face].area) * metric_.per_size;
   }
 
-  void cover_around(std::uint32_t seed) {
+  void cover_around(FaceId seed) {
     const auto visit = static_cast<std::uint32_t>(centers_.size() - 1);
     visitor_[seed] = visit;
     stack_.assign(1, seed);
     while (!stack_.empty()) {
-      const std::uint32_t face = stack_.back();
+      const FaceId face = stack_.back();
       stack_.pop_back();
       tick_.step();
       covered_[face] = 1;
-      surface_.for_each_neighbor(face, [&](std::uint32_t next) {
+      surface_.for_each_neighbor(face, [&](FaceId next) {
         if (visitor_[next] == visit) return;
         visitor_[next] = visit;
         if (metric_.cost(surface_, centers_.back(), next) + reach(next) < kSpacing) stack_.push_back(next);
@@ -115,14 +116,14 @@ class Seeding {
   std::vector<Center> centers_;
   std::vector<std::uint8_t> covered_;
   std::vector<std::uint32_t> visitor_;  // the last seed that came by
-  std::vector<std::uint32_t> stack_;
+  std::vector<FaceId> stack_;
 };
 
 // A monotone priority queue: costs in steps of 1/256 of a cell size, first in first out within a step.
 class BucketQueue {
  public:
   struct Entry {
-    std::uint32_t face;
+    FaceId face;
     std::uint32_t cluster;
   };
   void push(float cost, const Entry& entry) {
@@ -141,7 +142,7 @@ class BucketQueue {
     return true;
   }
   // The face of the entry that will be popped after `ahead` others, or of a later one of these if that is not known.
-  [[nodiscard]] std::uint32_t upcoming_face(std::size_t ahead) const {
+  [[nodiscard]] FaceId upcoming_face(std::size_t ahead) const {
     const std::vector<Entry>& bucket = buckets_[current_];
     return bucket[std::min(next_ + ahead, bucket.size() - 1)].face;
   }
@@ -164,14 +165,14 @@ std::vector<std::uint32_t> grow(const ClusterMesh& surface, const std::vector<Ce
   for (std::uint32_t cluster = 0; cluster < centers.size(); ++cluster) queue.push(0, {centers[cluster].seed, cluster});
   for (BucketQueue::Entry entry{}; queue.pop(entry);) {
     surface.prefetch_neighbors(queue.upcoming_face(12));
-    const std::uint32_t soon = queue.upcoming_face(6);
+    const FaceId soon = queue.upcoming_face(6);
     if (labels[soon] == kNoCluster) {
-      surface.for_each_neighbor(soon, [&](std::uint32_t neighbor) { __builtin_prefetch(&surface[neighbor]); });
+      surface.for_each_neighbor(soon, [&](FaceId neighbor) { __builtin_prefetch(&surface[neighbor]); });
     }
     if (labels[entry.face] != kNoCluster) continue;
     labels[entry.face] = entry.cluster;
     now_and_then.step();
-    surface.for_each_neighbor(entry.face, [&](std::uint32_t next) {
+    surface.for_each_neighbor(entry.face, [&](FaceId next) {
       if (labels[next] != kNoCluster) return;
       queue.push(metric.cost(surface, centers[entry.cluster], next), {next, entry.cluster});
     });
@@ -188,7 +189,7 @@ void recenter(const ClusterMesh& surface, const std::vector<std::uint32_t>& labe
     double area = 0;
   };
   std::vector<Sums> sums(centers.size());
-  for (std::size_t face = 0; face < surface.size(); ++face) {
+  for (FaceId face{0}; face < surface.size(); ++face) {
     Sums& sum = sums[labels[face]];
     const double area = surface[face].area;
     sum.position += area * glm::dvec3(surface[face].centroid);
@@ -202,7 +203,7 @@ void recenter(const ClusterMesh& surface, const std::vector<std::uint32_t>& labe
     if (length > 0) centers[cluster].normal = sum.normal / length;
   }
   std::vector<float> least(centers.size(), std::numeric_limits<float>::infinity());
-  for (std::uint32_t face = 0; face < surface.size(); ++face) {
+  for (FaceId face{0}; face < surface.size(); ++face) {
     const std::uint32_t cluster = labels[face];
     const float cost = metric.cost(surface, centers[cluster], face);
     if (cost >= least[cluster]) continue;

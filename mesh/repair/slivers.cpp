@@ -8,6 +8,8 @@
 #include <queue>
 #include <utility>
 
+#include "mesh/base/id.h"
+
 namespace lumatlas {
 
 namespace {
@@ -24,7 +26,7 @@ constexpr double kLeastFlatness = 0.8;
 constexpr double kCrumbFlatness = 0.3;
 
 struct Cluster {
-  std::vector<std::uint32_t> faces;
+  std::vector<FaceId> faces;
   glm::dvec3 moment{0.0};  // area times centroid
   glm::dvec3 normal{0.0};  // area times normal
   double area = 0;
@@ -64,7 +66,7 @@ class SliverMerger {
 
   void gather() {
     if (!labels_.empty()) clusters_.resize(*std::max_element(labels_.begin(), labels_.end()) + 1);
-    for (std::uint32_t face = 0; face < labels_.size(); ++face) {
+    for (FaceId face{0}; face < labels_.size(); ++face) {
       Cluster& cluster = clusters_[labels_[face]];
       const double area = surface_[face].area;
       cluster.faces.push_back(face);
@@ -80,8 +82,8 @@ class SliverMerger {
 
   [[nodiscard]] std::vector<std::uint32_t> neighbors(std::uint32_t index) const {
     std::vector<std::uint32_t> found;
-    for (const std::uint32_t face : clusters_[index].faces) {
-      surface_.for_each_neighbor(face, [&](std::uint32_t other) {
+    for (const FaceId face : clusters_[index].faces) {
+      surface_.for_each_neighbor(face, [&](FaceId other) {
         if (labels_[other] != index) found.push_back(labels_[other]);
       });
     }
@@ -96,7 +98,7 @@ class SliverMerger {
 
   [[nodiscard]] double radius_around(const glm::dvec3& centroid, const Cluster& cluster) const {
     double radius = 0;
-    for (const std::uint32_t face : cluster.faces) {
+    for (const FaceId face : cluster.faces) {
       radius = std::max(radius, glm::distance(centroid, glm::dvec3(surface_[face].centroid)));
     }
     return radius;
@@ -127,7 +129,7 @@ class SliverMerger {
   void merge(std::uint32_t from, std::uint32_t into) {
     Cluster merged = sums_of(clusters_[from], clusters_[into]);
     merged.faces = std::move(clusters_[into].faces);
-    for (const std::uint32_t face : clusters_[from].faces) {
+    for (const FaceId face : clusters_[from].faces) {
       labels_[face] = into;
       merged.faces.push_back(face);
     }
