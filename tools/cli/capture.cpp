@@ -65,45 +65,51 @@ void add_capture_command(CLI::App& program) {
       ->required();
   begin_group(*command, "Files");
   add_model_output(*command, flags->output);
-  add_file(*command, "--work", flags->work, "DIR",
-           "Poses, mesh and COLMAP's logs, which other commands read as a SCENE; what is done there is not done again; "
-           "MODEL-capture unless given");
+  add_file(
+      *command, "--work", flags->work, "DIR",
+      "Folder for poses, mesh and logs of COLMAP; other commands read it as a SCENE, and the next run skips the steps "
+      "that are done there; without it MODEL-capture");
   add_file(*command, "--masks", flags->masks, "DIR",
-           "Black where a photograph is not to be used, for poses and colours; of NAME.jpg: NAME.jpg.png or NAME.png");
-  command->add_option("--max-frames", flags->options.most_frames, "Photographs that are made of videos, at most")
+           "Folder of masks: black pixels are used neither for poses nor for colours; the mask of NAME.jpg is "
+           "NAME.jpg.png or "
+           "NAME.png");
+  command->add_option("--max-frames", flags->options.most_frames, "Most frames to take of all videos together")
       ->type_name("N")
       ->transform(whole_number(2, 100'000))
       ->default_str(std::to_string(flags->options.most_frames));
   begin_group(*command, "Poses");
-  add_choice(*command, "--matching", flags->options.colmap.matching.matching,
-             {{"automatic", Matching::automatic},
-              {"exhaustive", Matching::exhaustive},
-              {"sequential", Matching::sequential},
-              {"spatial", Matching::spatial}},
-             "Compare each photograph with each, with its neighbours by name, or by GPS; automatic: with each up to " +
-                 std::to_string(kMostForExhaustive) + ", of more with all neighbours that are known");
+  add_choice(
+      *command, "--matching", flags->options.colmap.matching.matching,
+      {{"automatic", Matching::automatic},
+       {"exhaustive", Matching::exhaustive},
+       {"sequential", Matching::sequential},
+       {"spatial", Matching::spatial}},
+      "Compare each photograph with all others, with its neighbours by name, or by GPS; automatic: with all others "
+      "up to " +
+          std::to_string(kMostForExhaustive) + " photographs, else with neighbours by name and GPS");
   add_file(*command, "--vocabulary", flags->vocabulary, "FILE",
-           "COLMAP's vocabulary tree: compare photographs that look alike, too");
+           "COLMAP's vocabulary tree: also compare photographs that look alike");
   command
       ->add_option("--camera-model", flags->options.colmap.camera_model,
-                   "Of the lenses, by COLMAP's name, such as OPENCV or OPENCV_FISHEYE")
+                   "COLMAP's name of the lenses' model, such as OPENCV or OPENCV_FISHEYE")
       ->type_name("NAME")
       ->default_str(flags->options.colmap.camera_model);
   add_choice(*command, "--mapper", flags->options.colmap.mapper,
              {{"incremental", Mapper::incremental}, {"global", Mapper::global}},
-             "Place photographs one by one, or all at once, which COLMAP 4 or GLOMAP can");
+             "Place photographs one by one, or all at once (needs COLMAP 4 or GLOMAP)");
   add_file(*command, "--poses", flags->poses, "SCENE",
-           "A scene of any form that has the poses of these photographs; COLMAP then finds points alone");
+           "Take the poses from this scene, of any form; COLMAP then finds only points");
   command->add_flag("--gpu", flags->options.colmap.use_gpu, "Let COLMAP use a GPU, if it is built for one");
   begin_group(*command, "Mesh");
-  add_choice(*command, "--from", flags->options.mesh.from,
-             {{"photographs", MeshSource::photographs}, {"points", MeshSource::points}},
-             "Match the photographs for depth, or take the points alone, which is quick; photographs unless --points");
+  add_choice(
+      *command, "--from", flags->options.mesh.from,
+      {{"photographs", MeshSource::photographs}, {"points", MeshSource::points}},
+      "Make the mesh of depth matched between photographs, or, quickly, of points alone; photographs unless --points");
   add_file(*command, "--points", flags->points, "FILE",
-           "PLY of denser points to make the mesh of, in the coordinates of the poses in WORK/sparse");
+           "PLY of denser points for the mesh, in the coordinates of WORK/sparse");
   begin_group(*command, "Model");
-  flags->hold.add_to(*command, "Leave out every H-th by name, for `lumatlas validate` to score");
-  command->add_option("--max-views", flags->options.build.max_views, "Photographs that it may hold")
+  flags->hold.add_to(*command, "Leave out every H-th photograph, which `validate` scores");
+  command->add_option("--max-views", flags->options.build.max_views, "Most photographs to keep")
       ->type_name("N")
       ->transform(whole_number(1, 1u << 20))
       ->default_str(std::to_string(*flags->options.build.max_views));

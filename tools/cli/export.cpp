@@ -152,9 +152,10 @@ void add_export_command(CLI::App& program) {
       ->required();
   flags->image = add_choice(*command, "--image", flags->options.image.format, kImages,
                             "How the texture is kept; --to web: jpeg, without webp");
-  flags->quality = command->add_option("--quality", flags->options.image.quality, "With --image jpeg or webp, how well")
-                       ->type_name("Q")
-                       ->transform(whole_number(1, 100));
+  flags->quality =
+      command->add_option("--quality", flags->options.image.quality, "Quality of the files, with --image jpeg or webp")
+          ->type_name("Q")
+          ->transform(whole_number(1, 100));
   command->add_flag("--as-scene", flags->options.as_scene,
                     "Keep the scene's axes; without it up, as the cameras were held, is +y");
   begin_group(*command, "Texture");

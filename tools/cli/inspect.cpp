@@ -133,7 +133,7 @@ void add_inspect_command(CLI::App& program) {
   CLI::App* command = program.add_subcommand("inspect", "What is in a scene or a model, and what is wrong with it");
   add_file(*command, "SCENE", flags->scene, "SCENE", "COLMAP workspace: sparse/ and images/, with a mesh; or a model")
       ->required();
-  begin_group(*command, "Of a scene");
+  begin_group(*command, "For a scene");
   add_file(*command, "--mesh", flags->mesh, "FILE",
            "PLY, OBJ, STL or GLB; without it the usual names are tried in SCENE");
   flags->mesh_frame.add_to(*command);

@@ -143,57 +143,55 @@ void add_mesh_command(CLI::App& program) {
   CLI::App* command = program.add_subcommand("mesh", "Make a mesh of a scene's photographs, depth images or points");
   add_file(*command, "SCENE", flags->scene, "SCENE", "COLMAP workspace, or a capture of another form")->required();
   begin_group(*command, "Files");
-  add_file(
-      *command, "-o,--output", flags->output, "FILE",
-      "PLY; the other commands find SCENE/mesh.ply; an earlier file there is replaced. FILE.stereo/ beside it keeps "
-      "what has been matched until the mesh is there")
+  add_file(*command, "-o,--output", flags->output, "FILE",
+           "PLY; the other commands find SCENE/mesh.ply; an earlier file there is replaced. Until it is written, "
+           "FILE.stereo/ beside it keeps finished depth for a run that goes on")
       ->required();
   add_file(*command, "--points", flags->points, "FILE",
-           "PLY of points for the mesh; with --from photographs they bound the depths");
+           "PLY of points; with --from photographs they limit the depths to search");
   add_file(*command, "--complete", flags->complete, "MESH",
-           "Keep this mesh; add what photographs show in holes and beyond its ends");
+           "Keep this mesh, and add surface only in its holes and beyond its ends");
   flags->pictures.add_to(*command);
   add_choice(
       *command, "--from", flags->options.from,
       {{"photographs", MeshSource::photographs}, {"depth", MeshSource::depth_images}, {"points", MeshSource::points}},
-      "Without it depth images, else dense points (fused.ply in SCENE or dense/), else photographs");
-  begin_group(*command, "Of photographs");
+      "Source; without it depth images, else dense points (fused.ply in SCENE or dense/), else photographs");
+  begin_group(*command, "From photographs");
   command
-      ->add_option("--match-size", flags->options.stereo.longest_px,
-                   "Longer side of a photograph, in pixels, as it is matched")
+      ->add_option("--match-size", flags->options.stereo.longest_px, "Longer side of photographs for matching, pixels")
       ->type_name("PX")
       ->transform(whole_number(64, 8192));
-  command
-      ->add_option("--neighbors", flags->options.stereo.neighbors,
-                   "Number of photographs that each one is matched with")
+  command->add_option("--neighbors", flags->options.stereo.neighbors, "Number of photographs to match each one with")
       ->type_name("N")
       ->transform(whole_number(1, 16));
   command
       ->add_option("--most-photographs", flags->options.most_photographs,
-                   "Photographs to match at most, an even sample by name")
+                   "Most photographs to match, spread evenly by name")
       ->type_name("N")
       ->transform(whole_number(2, 1'000'000));
-  flags->hold_out.add_to(*command, "Leave out every H-th photograph, as validate does");
-  begin_group(*command, "Of depth images");
+  flags->hold_out.add_to(*command, "Leave out every H-th photograph, which `validate` scores");
+  begin_group(*command, "From depth images");
   command
       ->add_option("--voxel", flags->options.voxel,
-                   "Of fusion, in scene units; without it 1.5 of a depth image's pixels")
+                   "Side of a voxel, scene units; without it 1.5 pixels of a depth image")
       ->type_name("LENGTH");
-  command->add_option("--depth-unit", flags->options.depth_unit, "Scene units that one step of a depth image is")
+  command
+      ->add_option("--depth-unit", flags->options.depth_unit,
+                   "Length of one step of a depth image's values, scene units")
       ->type_name("LENGTH");
-  command->add_option("--most-faces", flags->options.most_faces, "Of more, edges are collapsed")
+  command->add_option("--most-faces", flags->options.most_faces, "Most faces; edges are collapsed down to it")
       ->type_name("N")
       ->transform(whole_number(100, 100'000'000));
-  begin_group(*command, "Of points and photographs");
-  command
-      ->add_option("--spacing", flags->options.spacing_px, "Points closer together are one, in the nearest photograph")
+  begin_group(*command, "From points and photographs");
+  command->add_option("--spacing", flags->options.spacing_px, "Merge points closer than this in the nearest photograph")
       ->type_name("PX");
-  command->add_option("--most-points", flags->options.most_points, "Of more, --spacing is widened")
+  command->add_option("--most-points", flags->options.most_points, "Most points; --spacing grows to reach it")
       ->type_name("N")
       ->transform(whole_number(4, 100'000'000));
   command
-      ->add_option("--longest-edge", flags->options.longest_edge,
-                   "Larger faces are left out, in median edges: holes instead of guesses; 20, of photographs 30")
+      ->add_option(
+          "--longest-edge", flags->options.longest_edge,
+          "Leave holes where a face would have an edge longer than N median edges; without it 20, from photographs 30")
       ->type_name("N");
   begin_group(*command, "Messages");
   add_json(*command, flags->json_output);

@@ -107,17 +107,21 @@ void add_disturbances(CLI::App& command, SynthDisturbances& disturbances) {
   const auto add = [&](const char* name, double& value, const char* value_name, const char* help) {
     command.add_option(name, value, help)->type_name(value_name);
   };
-  add("--pose-noise", disturbances.pose_noise, "PX", "Of the written poses: displacement of what a view sees, rms");
-  add("--exposure-noise", disturbances.exposure_noise, "EV", "Of the photographs, plus or minus");
-  add("--white-balance-noise", disturbances.white_balance_noise, "EV", "Of red and blue against green, plus or minus");
-  add("--wrong-poses", disturbances.wrong_poses, "SHARE", "Of the views: their written pose is plainly wrong");
-  add("--passers-by", disturbances.passers_by, "SHARE", "Of the photographs: a person who is not in the mesh");
-  add("--vignetting", disturbances.vignetting, "SHARE", "Of the light: lost in the corners");
-  add("--noise", disturbances.noise, "LEVELS", "Of the sensor: standard deviation at mid grey, 8-bit levels");
+  add("--pose-noise", disturbances.pose_noise, "PX",
+      "Error of the written poses: rms displacement of what a view sees");
+  add("--exposure-noise", disturbances.exposure_noise, "EV", "Error of the photographs' exposures, plus or minus");
+  add("--white-balance-noise", disturbances.white_balance_noise, "EV",
+      "Error of red and blue against green, plus or minus");
+  add("--wrong-poses", disturbances.wrong_poses, "SHARE", "Share of the views whose written pose is plainly wrong");
+  add("--passers-by", disturbances.passers_by, "SHARE",
+      "Share of the photographs with a person who is not in the mesh");
+  add("--vignetting", disturbances.vignetting, "SHARE", "Share of the light that is lost in the corners");
+  add("--noise", disturbances.noise, "LEVELS", "Noise of the sensor: standard deviation at mid grey, 8-bit levels");
   add("--blur", disturbances.blur, "PX", "Motion of what a view sees while the shutter is open, rms");
-  add("--mesh-noise", disturbances.mesh_noise, "LENGTH", "Of the mesh: displacement along the normal, scene units rms");
-  add("--holes", disturbances.holes, "SHARE", "Of the mesh's area: cut out in round patches");
-  add("--decimate", disturbances.decimate, "SHARE", "Of the mesh's faces: left by edge collapses");
+  add("--mesh-noise", disturbances.mesh_noise, "LENGTH",
+      "Noise of the mesh: displacement along the normal, scene units rms");
+  add("--holes", disturbances.holes, "SHARE", "Share of the mesh's area that is cut out in round patches");
+  add("--decimate", disturbances.decimate, "SHARE", "Share of the mesh's faces that edge collapses leave");
 }
 
 // Their names, and what the help says of each.
@@ -160,14 +164,14 @@ void add_synth_command(CLI::App& program) {
       ->type_name("NAME")
       ->check(one_of(names_of_trajectories()))
       ->default_str("hilbert in the village, walk elsewhere");
-  count("--width", options.width, "PX", "Of a photograph");
-  count("--height", options.height, "PX", "Of a photograph");
+  count("--width", options.width, "PX", "Width of a photograph");
+  count("--height", options.height, "PX", "Height of a photograph");
   command->add_option("--fov", options.fov_deg, "Horizontal field of view")->type_name("DEGREES");
   count("--samples", options.samples, "N", "Light paths a pixel");
   begin_group(*command, "Mesh");
   count("--triangles", options.triangles, "N", "About this many");
-  count("--seed", options.seed, "N", "Of shapes, patterns and the grain of the photographs");
-  command->add_option("--district", flags->district, "Of the village: different ones side by side, along x and y")
+  count("--seed", options.seed, "N", "Seed of shapes, patterns and the grain of the photographs");
+  command->add_option("--district", flags->district, "Number of different villages side by side, along x and y")
       ->type_name("NxM");
   begin_group(*command, "Truth to score against");
   count("--path-frames", options.path_frames, "N",

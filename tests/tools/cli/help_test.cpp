@@ -82,7 +82,7 @@ TEST_CASE("help names ranges, choices and defaults in plain words") {
   CHECK_THAT(build, Catch::Contains("(1 to 65536; default 16)"));
   CHECK_THAT(build, Catch::Contains("(8 to 1024, a multiple of 8; default 64)"));
   CHECK_THAT(render, Catch::Contains("(0.01 to 1000; default 30)"));
-  CHECK_THAT(render, Catch::Contains("(nearby or model; default nearby, printed model)"));
+  CHECK_THAT(render, Catch::Contains("(nearby or model; default nearby, with --paper model)"));
 }
 
 TEST_CASE("what is rarely needed is listed by --help-all alone, with all that --help lists") {

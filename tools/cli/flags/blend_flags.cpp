@@ -16,7 +16,7 @@ const Names<BlendOptions::Exposure> kExposures{{"nearby", BlendOptions::Exposure
 
 // Our default, and the paper's.
 std::string defaults(const std::string& ours, const std::string& printed) {
-  return ours + ", printed " + printed;
+  return ours + ", with --paper " + printed;
 }
 
 }  // namespace

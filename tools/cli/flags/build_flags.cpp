@@ -36,7 +36,8 @@ void BuildFlags::add_files_to(CLI::App& command) {
   add_file(command, "--mesh", mesh, "FILE",
            "PLY, OBJ, STL or GLB, else looked for in SCENE; in other units, axes or shifted: see "
            "--mesh-scale, --mesh-axes and --mesh-shift in --help-all");
-  command.add_flag("--mesh-as-given", mesh_as_given, "Neither add surface that the mesh lacks nor remove faces");
+  command.add_flag("--mesh-as-given", mesh_as_given,
+                   "Use all faces of the mesh and no others: fill no hole, remove nothing");
   images.add_to(command);
 }
 
@@ -45,41 +46,40 @@ void BuildFlags::add_stream_to(CLI::App& command) {
   pictures.add_to(command);
   command.add_flag("--skip-bad", skip_bad, "Go on without those that are missing or damaged, and name them");
   command.add_flag("--watch", watch, "Go on as photographs and poses come into SCENE; Ctrl-C saves the model");
-  hold.add_to(command, "Leave out every H-th by name, for `lumatlas validate` to score");
+  hold.add_to(command, "Leave out every H-th photograph, which `validate` scores");
 }
 
 void BuildFlags::add_model_to(CLI::App& command) {
   begin_group(command, "Model");
-  max_views = command.add_option("--max-views", options.max_views, "Photographs that it may hold")
+  max_views = command.add_option("--max-views", options.max_views, "Most photographs to keep")
                   ->type_name("N")
                   ->transform(whole_number(1, 1u << 20))
                   ->default_str(std::to_string(*options.max_views) + ", with --budget as many as fit");
   budget = command
                .add_option("--budget", budget_size,
-                           "What it may take on the GPU, mesh included: 512MiB, 300MB; its photographs alone: "
-                           "40Mtexels; auto: as little as --loss allows")
+                           "Most GPU memory for the model, with its mesh (512MiB, 300MB), or for its photographs "
+                           "alone (40Mtexels); auto: as little as --loss allows")
                ->type_name("SIZE")
                ->check(byte_or_texel_size({kAuto}))
                ->default_str("");
-  loss = command
-             .add_option("--loss", loss_db,
-                         "With --budget auto, loss of PSNR against all photographs, as measured while building")
-             ->type_name("DB")
-             ->check(finite_not_negative());
+  loss =
+      command.add_option("--loss", loss_db, "With --budget auto, most PSNR to lose against a model of all photographs")
+          ->type_name("DB")
+          ->check(finite_not_negative());
   add_cell_size(command, options.cells);
   command.add_option("--faces", faces, "Faces of the mesh: keep (all), auto (as many as pictures show) or a number")
       ->type_name("N")
       ->transform(count_or({kAuto, kKeep}))
-      ->default_str("keep; auto with --budget but in texels");
+      ->default_str("keep; with a --budget of bytes auto");
   refine = add_choice(command, "--refine", options.refine, kRefinements,
                       "What is corrected: gain, pose, lens, masks; joint: all of it, then all photographs together");
-  command.add_flag("--paper", paper, "As in the paper: measure, masks, mesh as given; --refine all unless given");
+  command.add_flag("--paper", paper, "Measure, mask and take the mesh as the paper; --refine all unless given");
 }
 
 void BuildFlags::add_messages_to(CLI::App& command) {
   begin_group(command, "Messages");
   add_json(command, json_output);
-  command.add_flag("--verbose", verbose, "Tell what was refined, a line a view");
+  command.add_flag("--verbose", verbose, "Print a line for each view: what was refined of it");
   command.add_flag("--view", view, "Show the model in the browser while it is built, and until Ctrl-C");
   add_quiet(command, quiet);
 }

@@ -16,7 +16,7 @@ class ImageFlags {
     add_choice(command, "--image", coding_.format, {{"png", ImageFormat::png}, {"jpeg", ImageFormat::jpeg}},
                "How photographs are kept in the model")
         ->transform(other_name("jpg", "jpeg"));
-    quality_ = command.add_option("--quality", coding_.quality, "With --image jpeg, how well")
+    quality_ = command.add_option("--quality", coding_.quality, "Quality of the JPEG files, with --image jpeg")
                    ->type_name("Q")
                    ->transform(whole_number(1, 100));
   }

@@ -30,12 +30,12 @@ CLI::Validator mesh_frame_rule(Parse parse) {
 void MeshFrameFlags::add_to(CLI::App& command, CLI::Option* of) {
   options = {
       command
-          .add_option("--mesh-scale", scale, "Units of the poses that one unit of the mesh is: 0.001 of millimetres")
+          .add_option("--mesh-scale", scale,
+                      "Length of one unit of the mesh in units of the poses: 0.001 for millimetres and metres")
           ->type_name("S")
           ->check(finite_positive()),
       command
-          .add_option("--mesh-axes", axes,
-                      "The poses' x, y and z in terms of the mesh's: x,-z,y of a mesh that is y up")
+          .add_option("--mesh-axes", axes, "The poses' x, y and z as axes of the mesh: x,-z,y for a mesh that is y up")
           ->type_name("X,Y,Z")
           ->check(mesh_frame_rule(parse_mesh_axes)),
       command.add_option("--mesh-shift", shift, "Added to the mesh after scale and axes, such as -500000,-4500000,0")

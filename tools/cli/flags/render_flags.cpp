@@ -37,21 +37,21 @@ void RenderFlags::add_cameras_to(CLI::App& command) {
       command.add_flag("--hilbert", hilbert, "Along a Hilbert curve over the scene's ground");
   cameras_ = {of_scene_, along_keys, around, through, along_hilbert};
   begin_group(command, "Which of them, and how large");
-  hold.add_to(command, "Of --views those that `validate --hold H` scores");
+  hold.add_to(command, "With --views, only those that `validate --hold H` scores");
   hold.hold_option->needs(of_scene_);
-  command.add_option("--frames", frames, "Of a path: how many pictures")
+  command.add_option("--frames", frames, "Number of pictures of a path")
       ->type_name("N")
       ->transform(whole_number(1, 1000000))
       ->excludes(of_scene_);
-  command.add_option("--width", width, "Of a path: pixels")
+  command.add_option("--width", width, "Width of a path's pictures, pixels")
       ->type_name("PX")
       ->transform(whole_number(1, kMostPixelsASide))
       ->excludes(of_scene_);
-  command.add_option("--height", height, "Of a path: pixels")
+  command.add_option("--height", height, "Height of a path's pictures, pixels")
       ->type_name("PX")
       ->transform(whole_number(1, kMostPixelsASide))
       ->excludes(of_scene_);
-  command.add_option("--fov", fov_deg, "Of a path: horizontal field of view, if it names none")
+  command.add_option("--fov", fov_deg, "Horizontal field of view of a path that names none")
       ->type_name("DEGREES")
       ->check(number_between(1, 170))
       ->excludes(of_scene_);
