@@ -16,6 +16,7 @@
 #include "tools/cli/flags/option_rules.h"
 #include "tools/cli/output/json_output.h"
 #include "tools/cli/output/next_steps.h"
+#include "tools/cli/output/stage_bars.h"
 #include "tools/cli/shown_build.h"
 #include "tools/live/playback/playback.h"
 #include "tools/pipeline/output/build_summary.h"
@@ -37,6 +38,7 @@ struct LiveFlags {
   std::uint16_t listen = 0;
   CLI::Option* listen_option = nullptr;
   bool joint = false;
+  bool no_finish = false;
   bool view = false;
   bool no_browser = false;
   ServerOptions server;
@@ -83,6 +85,13 @@ std::vector<double> times_until_stored(const PlaybackRecord& record) {
   return times;
 }
 
+nlohmann::json finish_json(const FinishRecord& finish) {
+  if (!finish.why_not.empty()) return {{"done", false}, {"why_not", finish.why_not}};
+  if (!finish.done) return {{"done", false}};
+  return {
+      {"done", true}, {"voxel", finish.voxel}, {"fusing_ms", finish.fusing_ms}, {"building_ms", finish.building_ms}};
+}
+
 nlohmann::json live_json(const PlaybackRecord& record) {
   const LiveStatus& live = record.live;
   return {
@@ -98,6 +107,7 @@ nlohmann::json live_json(const PlaybackRecord& record) {
       {"surface_making_ms", times_json(live.surface_making)},
       {"surface_taking_ms", times_json(live.surface_taking)},
       {"storing_ms", times_json(live.storing)},
+      {"finish", finish_json(record.finish)},
       {"finish_ms", record.finish_ms}};
 }
 
@@ -126,6 +136,15 @@ void tell(const LiveFlags& flags, const Playback& playback) {
   }
 }
 
+void tell_finish(const LiveFlags& flags, const FinishRecord& finish) {
+  if (!finish.why_not.empty()) {
+    std::cerr << "warning: the model is saved as the stream left it: " << finish.why_not << '\n';
+  } else if (finish.done && !flags.quiet) {
+    std::cerr << "finished in " << number_text((finish.fusing_ms + finish.building_ms) / 1000, 3) << " s, "
+              << number_text(finish.fusing_ms / 1000, 3) << " s of them for the surface\n";
+  }
+}
+
 void print_totals(const LiveFlags& flags, nlohmann::json totals, const PlaybackRecord& record) {
   totals["live"] = live_json(record);
   totals["file"] = file_bytes_json(flags.output);
@@ -150,6 +169,28 @@ std::function<void(const PlaybackProgress&)> told_on_standard_error(bool quiet) 
   };
 }
 
+// Shows how the model is made anew when the stream has ended. Another Ctrl-C then stops that, and the model is saved as
+// the stream left it.
+void show_finish(const LiveFlags& flags, std::optional<EndRequest>& end_request, PlaybackCallbacks& callbacks) {
+  callbacks.finishing = [&end_request, quiet = flags.quiet](std::size_t depths, std::size_t photographs) {
+    end_request.reset();
+    end_request.emplace();
+    if (quiet) return;
+    std::cerr << "finishing: fusing " << depths << " depth images again in fine voxels, and choosing among "
+              << photographs << " photographs; Ctrl-C saves the model without that\n";
+  };
+  callbacks.fusing = [&end_request, bars = bars_on_standard_error(flags.quiet)](const std::string& stage,
+                                                                                std::size_t steps) {
+    return [&end_request, tick = bars(stage, steps)](std::size_t done) {
+      if (end_request->made()) throw BuildStopped();
+      tick(done);
+    };
+  };
+  callbacks.building = [&end_request, shown = progress_on_standard_error(flags.quiet)](const BuildProgress& progress) {
+    return !end_request->made() && shown(progress);
+  };
+}
+
 void run(LiveFlags flags) {
   if (flags.listens() != flags.source.empty()) {
     throw CLI::ValidationError("SOURCE", "is needed unless --listen is given, and not with it");
@@ -157,9 +198,11 @@ void run(LiveFlags flags) {
   flags.options.pictures = flags.pictures.folders();
   flags.options.hold_out = flags.hold.protocol();
   if (flags.joint) flags.options.polish_steps = kJointSteps;
+  flags.options.finish = !flags.no_finish;
   check_usage(flags.options);
   check_apart(flags.output, std::array{flags.source, flags.pictures.images, flags.pictures.masks});
   ModelOutput output(flags.output);
+  flags.options.scratch_folder = scratch_folder_for(flags.output);
   std::optional<FrameSocket> socket;
   if (flags.listens()) socket.emplace(flags.listen);
   const auto shown = flags.view ? std::make_unique<ShownBuild>(page_options_of(flags)) : nullptr;
@@ -167,6 +210,7 @@ void run(LiveFlags flags) {
   PlaybackCallbacks callbacks;
   callbacks.ended = [&end_request] { return end_request->made(); };
   callbacks.told = told_on_standard_error(flags.quiet);
+  show_finish(flags, end_request, callbacks);
   if (shown) {
     callbacks.watch = [&shown](LiveModel& live) { return shown->follow([&live] { return live.snapshot(); }); };
   }
@@ -176,8 +220,9 @@ void run(LiveFlags flags) {
   const Playback playback =
       socket ? receive_stream(*socket, flags.options, callbacks) : play_capture(flags.source, flags.options, callbacks);
   tell(flags, playback);
+  tell_finish(flags, playback.record.finish);
   print_totals(flags, save_model(playback.result, output), playback.record);
-  const bool asked_to_end = end_request->made();
+  const bool asked_to_end = playback.record.ended_early || end_request->made();
   end_request.reset();
   if (shown && !asked_to_end) shown->show_until_interrupted(playback.result.snapshot);
 }
@@ -222,6 +267,8 @@ void add_live_command(CLI::App& program) {
                    "Of the surface, in scene units; without it 6 pixels of the first depth image")
       ->type_name("LENGTH");
   command->add_flag("--joint", flags->joint, "Refine all photographs together when the stream has ended");
+  command->add_flag("--no-finish", flags->no_finish,
+                    "Save the model as it was shown; without it the surface is fused again in fine voxels");
   begin_group(*command, "Messages");
   add_json(*command, flags->json_output);
   add_quiet(*command, flags->quiet);

@@ -142,6 +142,37 @@ FarSphere complete(const std::filesystem::path& scene, const SceneViews& views, 
   return std::move(completed.far);
 }
 
+// Some views of a scene, and what is known of them before there is a surface.
+struct OfferedViews {
+  SceneViews& views;
+  const std::vector<std::size_t>& ranks;  // of those offered, the same for any order of the stream
+  const Stream& stream;
+  const FarSphere& far;  // without faces: there is none
+  std::mt19937_64& random;
+  WatchedScene* watched;  // null: the scene is complete
+};
+
+// Makes the surface that views are planned on, and plans them.
+void plan_on(const OfferedViews& offered, MeshInput mesh, const BuildCallback& callback, const AtlasWatch& watch,
+             BuildResult& result) {
+  const BuildOptions& options = result.options;
+  SeenSurface seen;
+  SurfaceInput& input = seen.input;
+  const std::vector<Camera> cameras = cameras_of(offered.views.views, offered.ranks);
+  input = make_surface(std::move(mesh), options.cells, options.faces, cameras);
+  make_room(offered.stream, result.options, input);
+  note_surface(input, result);
+  seen.visibility = make_visibility(*input.surface, options.visibility_by);
+  double usual_distance = options.planner.coverage.ideal_distance;
+  if (usual_distance == 0) usual_distance = median_distance(result.mesh_file, cameras, *seen.visibility);
+  if (!offered.far.mesh.faces.empty()) {
+    input.surface = std::make_shared<const Surface>(with_far_sphere(*input.surface, offered.far));
+    seen.visibility = make_visibility(*input.surface, options.visibility_by);
+  }
+  plan_views({offered.views, offered.stream, seen, usual_distance, offered.random, offered.watched}, callback, watch,
+             result);
+}
+
 // All but the base texture.
 BuildResult choose_and_refine(const std::filesystem::path& scene, const BuildOptions& given,
                               const BuildCallback& callback, const AtlasWatch& watch) {
@@ -156,29 +187,31 @@ BuildResult choose_and_refine(const std::filesystem::path& scene, const BuildOpt
   note_scene(views, result);
   const std::vector<std::size_t> ranks = offered_ranks(views, options.hold_out);
   std::mt19937_64 random(options.seed);
-  Stream stream = stream_of(views.views, in_order(ranks, options.order, random));
+  const Stream stream = stream_of(views.views, in_order(ranks, options.order, random));
   require_names_that_a_model_can_hold(stream);
-  SeenSurface seen;
-  SurfaceInput& input = seen.input;
   result.mesh_file = mesh.facts.mesh_file;
   result.warnings = mesh.facts.warnings;
   judge(scene, mesh, views.views, ranks, callback, result);
   const FarSphere far = complete(scene, views, ranks, callback, mesh, result);
-  const std::vector<Camera> cameras =
-      cameras_of(views.views, ranks);  // sorted by name, the same for any order of the stream
-  input = make_surface(std::move(mesh), options.cells, options.faces, cameras);
-  make_room(stream, result.options, input);
-  note_surface(input, result);
-  seen.visibility = make_visibility(*input.surface, options.visibility_by);
-  double usual_distance = options.planner.coverage.ideal_distance;
-  if (usual_distance == 0) usual_distance = median_distance(result.mesh_file, cameras, *seen.visibility);
-  if (!far.mesh.faces.empty()) {
-    input.surface = std::make_shared<const Surface>(with_far_sphere(*input.surface, far));
-    seen.visibility = make_visibility(*input.surface, options.visibility_by);
-  }
-  plan_views({views, stream, seen, usual_distance, random, watched_scene ? &*watched_scene : nullptr}, callback, watch,
-             result);
+  plan_on({views, ranks, stream, far, random, watched_scene ? &*watched_scene : nullptr}, std::move(mesh), callback,
+          watch, result);
   result.scene_views = std::move(views.views);
+  return result;
+}
+
+BuildResult choose_and_refine(PosedScene& scene, const BuildOptions& given, const BuildCallback& callback,
+                              const AtlasWatch& watch) {
+  BuildResult result;
+  result.options = given;
+  note_scene(scene.views, result);
+  std::mt19937_64 random(given.seed);
+  const Stream stream = stream_of(scene.views.views, in_order(scene.offered, given.order, random));
+  if (stream.empty()) throw InputError(scene.views.root.string() + ": has no view to build from");
+  require_names_that_a_model_can_hold(stream);
+  result.mesh_file = scene.mesh.facts.mesh_file;
+  result.warnings = scene.mesh.facts.warnings;
+  plan_on({scene.views, scene.offered, stream, {}, random, nullptr}, std::move(scene.mesh), callback, watch, result);
+  result.scene_views = std::move(scene.views.views);
   return result;
 }
 
@@ -193,10 +226,9 @@ void add_texture(const BuildCallback& callback, BuildResult& result) {
   }
 }
 
-}  // namespace
-
-BuildResult build_model(const std::filesystem::path& scene, const BuildOptions& options, const BuildCallback& callback,
-                        const AtlasWatch& watch) {
+template <typename Scene>
+BuildResult build_from(Scene& scene, const BuildOptions& options, const BuildCallback& callback,
+                       const AtlasWatch& watch) {
   const auto start = std::chrono::steady_clock::now();
   check(options);
   const auto memory = std::make_shared<const PixelMemoryBound>(
@@ -208,6 +240,18 @@ BuildResult build_model(const std::filesystem::path& scene, const BuildOptions& 
   result.scratch_bytes = pixel_memory().in_files;
   result.total_ms = ms_since(start);
   return result;
+}
+
+}  // namespace
+
+BuildResult build_model(const std::filesystem::path& scene, const BuildOptions& options, const BuildCallback& callback,
+                        const AtlasWatch& watch) {
+  return build_from(scene, options, callback, watch);
+}
+
+BuildResult build_model(PosedScene scene, const BuildOptions& options, const BuildCallback& callback,
+                        const AtlasWatch& watch) {
+  return build_from(scene, options, callback, watch);
 }
 
 }  // namespace lumatlas

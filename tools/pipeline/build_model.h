@@ -140,4 +140,16 @@ using AtlasWatch = std::function<std::shared_ptr<void>(const Atlas&)>;
 [[nodiscard]] BuildResult build_model(const std::filesystem::path& scene, const BuildOptions& options,
                                       const BuildCallback& callback = {}, const AtlasWatch& watch = {});
 
+// A scene that the caller holds, in place of a folder.
+struct PosedScene {
+  SceneViews views;                  // relative to mesh.offset
+  std::vector<std::size_t> offered;  // ranks of views, in the order in which they are offered; at least one
+  MeshInput mesh;                    // taken as it is: not compared with photographs, not completed
+};
+
+// Builds a model of a scene that the caller holds. options.order takes `offered` as given; options.mesh, mesh_frame,
+// completion, close_holes and watch have no effect, and hold_out is only recorded. Throws as the function above.
+[[nodiscard]] BuildResult build_model(PosedScene scene, const BuildOptions& options, const BuildCallback& callback = {},
+                                      const AtlasWatch& watch = {});
+
 }  // namespace lumatlas

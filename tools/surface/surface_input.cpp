@@ -192,6 +192,23 @@ void cut_into_cells(const Mesh& mesh, const CellOptions& options, const glm::dve
   result.surface = surface;
 }
 
+// Centres and repairs the triangles.
+void take_mesh(const TriangleSoup& soup, MeshInput& input) {
+  input.offset = scene_origin(soup);
+  try {
+    RepairedMesh repaired = repair(soup, input.offset, throw_if_interrupted);
+    input.mesh = std::move(repaired.mesh);
+    input.facts.repair = repaired.report;
+  } catch (const InputError& error) {
+    throw InputError(input.facts.mesh_file.string() + ": " + error.what());
+  }
+}
+
+void warn_of_strays(MeshInput& input) {
+  input.strays = stray_faces_warning(input.mesh, input.offset, input.facts.mesh_file);
+  if (input.strays) input.facts.warnings.push_back(*input.strays);
+}
+
 }  // namespace
 
 void check(const FaceOptions& options) {
@@ -227,19 +244,24 @@ MeshInput load_mesh(const std::filesystem::path& scene, const std::optional<std:
   facts.frame = frame;
   facts.coordinate_step = frame.scale * mesh_coordinate_step(soup);
   move_to_frame_of_poses(soup, frame);
-  input.offset = scene_origin(soup);
-  try {
-    RepairedMesh repaired = repair(soup, input.offset, throw_if_interrupted);
-    input.mesh = std::move(repaired.mesh);
-    facts.repair = repaired.report;
-  } catch (const InputError& error) {
-    throw InputError(facts.mesh_file.string() + ": " + error.what());
-  }
+  take_mesh(soup, input);
   ClosedHoles closed = close_holes(input.mesh, largest_hole, throw_if_interrupted);
   facts.closed_holes = closed.holes;
   input.mesh = std::move(closed.mesh);
-  input.strays = stray_faces_warning(input.mesh, input.offset, facts.mesh_file);
-  if (input.strays) facts.warnings.push_back(*input.strays);
+  warn_of_strays(input);
+  return input;
+}
+
+MeshInput mesh_input_of(const TriangleSoup& soup, const std::filesystem::path& name) {
+  MeshInput input;
+  SurfaceInput& facts = input.facts;
+  facts.mesh_file = name;
+  facts.file_vertices = soup.positions.size();
+  facts.file_faces = soup.faces.size();
+  facts.file_has_colors = !soup.colors.empty();
+  facts.coordinate_step = mesh_coordinate_step(soup);
+  take_mesh(soup, input);
+  warn_of_strays(input);
   return input;
 }
 

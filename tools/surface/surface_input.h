@@ -67,6 +67,10 @@ struct MeshInput {
                                   const std::optional<std::filesystem::path>& mesh_file, double largest_hole = 0,
                                   const MeshFrame& frame = {});
 
+// Centres and repairs triangles that are in the frame of the poses. `name` stands for their file in messages. Throws as
+// load_mesh().
+[[nodiscard]] MeshInput mesh_input_of(const TriangleSoup& soup, const std::filesystem::path& name);
+
 // Takes faces away, which depends on the cameras where `faces` says pixels, splits those larger than a cell, and makes
 // cells. Throws std::invalid_argument for bad options, InputError, and Interrupted soon after a signal.
 [[nodiscard]] SurfaceInput make_surface(MeshInput input, CellOptions cells, const FaceOptions& faces = {},

@@ -31,9 +31,10 @@ nlohmann::json scores_of(const std::string& model) {
   return nlohmann::json::parse(validate.out)["methods"]["store"];
 }
 
-TEST_CASE("a model of a stream shows held-out photographs nearly as well as one built from the same frames at rest") {
+TEST_CASE("a model of a stream shows held-out photographs as well as one built from the same frames at rest") {
   const TemporaryFolder folder;
-  const std::string live = (folder / "live").string(), built = (folder / "built").string();
+  const std::string live = (folder / "live").string(), shown = (folder / "shown").string();
+  const std::string built = (folder / "built").string();
   const std::string mesh = (folder / "mesh.ply").string();
   const Outcome played = lumatlas({"live", streamed().stream, "-o", live, "--hold", "8", "--speed", "2", "--voxel",
                                    "0.06", "--joint", "--json", "--quiet"});
@@ -43,14 +44,23 @@ TEST_CASE("a model of a stream shows held-out photographs nearly as well as one 
   CHECK(totals["views"]["stored"] > 20);
   CHECK(totals["live"]["depths"]["given"] == 48);
   CHECK(totals["live"]["offer_ms"]["median"] > 0);
-  REQUIRE(lumatlas({"mesh", streamed().stream, "--from", "depth", "--voxel", "0.06", "-o", mesh, "--quiet"}).status ==
-          0);
+  CHECK(totals["live"]["finish"]["done"] == true);
+  const Outcome unfinished = lumatlas({"live", streamed().stream, "-o", shown, "--hold", "8", "--speed", "2", "--voxel",
+                                       "0.06", "--joint", "--no-finish", "--json", "--quiet"});
+  REQUIRE(unfinished.status == 0);
+  CHECK(nlohmann::json::parse(unfinished.out)["live"]["finish"]["done"] == false);
+  REQUIRE(lumatlas({"mesh", streamed().stream, "--from", "depth", "-o", mesh, "--quiet"}).status == 0);
   REQUIRE(
       lumatlas({"build", streamed().stream, "--mesh", mesh, "--mesh-as-given", "--hold", "8", "-o", built, "--quiet"})
           .status == 0);
-  const double of_live = scores_of(live)["frame"]["raw"]["psnr"], of_built = scores_of(built)["frame"]["raw"]["psnr"];
-  WARN("frames of the live model " << of_live << " dB, of the one built at rest " << of_built << " dB");
-  CHECK(of_live > of_built - 2);  // which frames are fused and stored depends on the time that the machine has
+  const auto of_frames = [](const std::string& model) {
+    return scores_of(model)["frame"]["raw"]["psnr"].get<double>();
+  };
+  const double of_live = of_frames(live), of_shown = of_frames(shown), of_built = of_frames(built);
+  WARN("frames of the model while live " << of_shown << " dB, of the finished one " << of_live
+                                         << " dB, of the one built at rest " << of_built << " dB");
+  CHECK(of_live > of_built - 0.5);
+  CHECK(of_shown > of_built - 2.5);  // which frames are fused and stored depends on the time that the machine has
 }
 
 TEST_CASE("Ctrl-C ends a stream, and what came until then is saved as a whole model") {

@@ -19,7 +19,9 @@
 #include "tools/base/elapsed.h"
 #include "tools/budget/gpu_budget.h"
 #include "tools/live/playback/captured_stream.h"
+#include "tools/live/playback/finished_model.h"
 #include "tools/live/playback/frame_message.h"
+#include "tools/live/playback/kept_frames.h"
 #include "tools/meshing/depth/scene_depth.h"
 #include "tools/pipeline/surface/surface_trust_shares.h"
 
@@ -132,6 +134,32 @@ void measure_trust(BuildResult& result) {
   result.snapshot.cell_deviation = std::move(deviation.of_cell);
 }
 
+// Returns the options of a build that makes the same of a stream's frames at rest.
+BuildOptions build_options_of(const PlaybackOptions& options) {
+  BuildOptions build;
+  build.max_views = options.live.max_views;
+  build.planner = options.live.planner;
+  build.hold_out = options.hold_out;
+  build.refine = options.polish_steps > 0 ? RefineMode::joint : RefineMode::all;
+  if (options.polish_steps > 0) build.max_polish_steps = options.polish_steps;
+  build.completion.far_sphere = false;
+  build.measure_deviation = options.measure_deviation;
+  build.texture_px.reset();
+  build.memory.scratch_folder = options.scratch_folder;
+  return build;
+}
+
+// Adds what a result says of the stream that it is of.
+void note_source(const PlayedSource& source, const PlaybackRecord& record, BuildResult& result) {
+  result.skipped = unread_views(record);
+  result.scene_notes = source.scene.notes;
+  result.georeference = source.scene.georeference;
+  // The model of a stream that was ended early does not lack the photographs that had not come.
+  result.views = record.ended_early ? result.planned.size() : source.scene.views.size();
+  result.masked_views = masked_views(source.scene);
+  result.listed_to_score = record.ended_early ? 0 : held_out_views(source.scene);
+}
+
 BuildResult result_of(const PlayedSource& source, const PlaybackOptions& options, LiveResult model,
                       const PlaybackRecord& record) {
   BuildResult result;
@@ -140,40 +168,92 @@ BuildResult result_of(const PlayedSource& source, const PlaybackOptions& options
     throw InputError(source.scene.root.string() + ": none of the depth images that came makes a surface" +
                      (record.live.last_failure.empty() ? "" : ": " + record.live.last_failure));
   }
-  result.options.max_views = options.live.max_views;
-  result.options.planner = options.live.planner;
-  result.options.hold_out = options.hold_out;
-  result.options.refine = options.polish_steps > 0 ? RefineMode::joint : RefineMode::all;
+  result.options = build_options_of(options);
   result.options.refine_lenses = false;
-  result.options.texture_px.reset();
   result.effective = model.planner;
   result.mesh_file = source.scene.root;
   result.planned = planned_views(source, record);
-  result.skipped = unread_views(record);
-  result.scene_notes = source.scene.notes;
-  result.georeference = source.scene.georeference;
-  // The model of a stream that was ended early does not lack the photographs that had not come.
-  result.views = record.ended_early ? result.planned.size() : source.scene.views.size();
-  result.masked_views = masked_views(source.scene);
-  result.listed_to_score = record.ended_early ? 0 : held_out_views(source.scene);
+  note_source(source, record, result);
   result.summed_coverage = model.summed_coverage;
   result.stored_bytes = model.stored_bytes;
-  if (options.measure_deviation) measure_trust(result);
   result.gpu_bytes = GpuByteCount(result.snapshot.surface).of(result.snapshot);
   return result;
 }
 
-// Works off what waits, and makes the result.
+// Makes the model anew of the frames. Where that fails, it stays as the stream left it.
+void make_anew(StreamedFrames frames, const PlayedSource& source, const PlaybackOptions& options,
+               const PlaybackCallbacks& callbacks, Playback& playback) {
+  PlaybackRecord& record = playback.record;
+  std::set<std::string> unread;
+  for (const SkippedView& view : playback.result.skipped) unread.insert(view.name);
+  std::erase_if(frames.offered, [&](std::size_t rank) { return unread.contains(frames.scene.views[rank].name); });
+  if (frames.offered.empty() || frames.scene.depths.empty()) return;
+  if (callbacks.finishing) callbacks.finishing(frames.scene.depths.size(), frames.offered.size());
+  const StageProgress unheard = [](const std::string& /*stage*/, std::size_t /*steps*/) {
+    return [](std::size_t /*done*/) {};
+  };
+  try {
+    FinishedModel finished = finished_model(std::move(frames), build_options_of(options),
+                                            callbacks.fusing ? callbacks.fusing : unheard, callbacks.building);
+    record.finish = {true, {}, finished.voxel, finished.fusing_ms, finished.building_ms};
+    playback.result = std::move(finished.result);
+    note_source(source, record, playback.result);
+  } catch (const InputError& error) {
+    record.finish.why_not = error.what();
+  } catch (const BuildStopped&) {
+    record.finish.why_not = "it was asked to stop";
+  }
+}
+
+// Works off what waits, and makes the result, anew where there are frames.
 void finish_playback(LiveModel& live, std::shared_ptr<void>& watch, const PlayedSource& source,
-                     const PlaybackOptions& options, Playback& playback) {
+                     std::optional<StreamedFrames> frames, const PlaybackOptions& options,
+                     const PlaybackCallbacks& callbacks, Playback& playback) {
   const Clock::time_point end = Clock::now();
-  LiveResult model = live.finish(options.polish_steps);
+  // What is made anew is refined then.
+  LiveResult model = live.finish(frames ? 0 : options.polish_steps);
   watch.reset();
   PlaybackRecord& record = playback.record;
   record.outcomes = live.take_outcomes();
   record.live = live.status();
   playback.result = result_of(source, options, std::move(model), record);
+  if (frames) make_anew(std::move(*frames), source, options, callbacks, playback);
+  if (options.measure_deviation && !record.finish.done) measure_trust(playback.result);
   record.finish_ms = ms_since(end);
+}
+
+// Returns the frames that were played, in the capture's own coordinates.
+StreamedFrames played_frames(const CapturedStream& stream, std::size_t played) {
+  StreamedFrames frames;
+  std::set<std::size_t> views, depths;
+  for (std::size_t i = 0; i < played; ++i) {
+    if (stream.frames[i].view) views.insert(*stream.frames[i].view);
+    if (stream.frames[i].depth) depths.insert(*stream.frames[i].depth);
+  }
+  const auto unmoved = [&](Camera camera) {
+    camera.cam_from_world_translation -= camera.cam_from_world_rotation * stream.offset;
+    return camera;
+  };
+  frames.scene.root = stream.scene.root;
+  frames.scene.form = stream.scene.form;
+  std::map<std::size_t, std::size_t> rank_of;
+  for (const std::size_t view : views) {
+    rank_of[view] = frames.scene.views.size();
+    frames.scene.views.push_back(stream.scene.views[view]);
+    frames.scene.views.back().camera = unmoved(stream.scene.views[view].camera);
+  }
+  for (const std::size_t depth : depths) {
+    frames.scene.depths.push_back(stream.scene.depths[depth]);
+    frames.scene.depths.back().camera = unmoved(stream.scene.depths[depth].camera);
+  }
+  for (std::size_t i = 0; i < played; ++i) {
+    if (stream.frames[i].view) frames.offered.push_back(rank_of.at(*stream.frames[i].view));
+  }
+  return frames;
+}
+
+std::filesystem::path scratch_folder_of(const PlaybackOptions& options) {
+  return options.scratch_folder.empty() ? std::filesystem::temp_directory_path() : options.scratch_folder;
 }
 
 DepthImage depth_of(const FrameMessage& frame) {
@@ -202,7 +282,9 @@ class Receiver {
     playback.record.ended_early = !ended_;
     playback.record.seconds = seconds();
     if (!live_) throw InputError("no frame came, so that no model was saved");
-    finish_playback(*live_, watch_, source_, options_, playback);
+    std::optional<StreamedFrames> frames;
+    if (kept_) frames = kept_->frames();
+    finish_playback(*live_, watch_, source_, std::move(frames), options_, callbacks_, playback);
     return playback;
   }
 
@@ -226,6 +308,7 @@ class Receiver {
     if (!names_.insert(message.name).second) throw InputError("frame " + message.name + " came before");
     if (!live_) start(message.camera);
     ++record_.frames;
+    keep(message);
     move(message.camera);
     const auto frame = std::make_shared<const FrameMessage>(std::move(message));
     if (!frame->depth.empty()) live_->fuse(frame->camera, [frame] { return depth_of(*frame); });
@@ -238,13 +321,26 @@ class Receiver {
 
   void handle(MovesMessage&& message) {
     if (!live_) return;
+    if (kept_) kept_->move(message.views);
     for (MovedView& view : message.views) move(view.camera);
     live_->move_views(std::move(message.views));
   }
 
   void handle(EndMessage&& /*end*/) { ended_ = true; }
 
+  // Keeps the frame for the end of the stream. A disk that refuses does not end the stream.
+  void keep(const FrameMessage& message) {
+    if (!kept_) return;
+    try {
+      kept_->keep(message);
+    } catch (const InputError& error) {
+      warn(std::string(error.what()) + "; the model is saved as the stream leaves it");
+      kept_.reset();
+    }
+  }
+
   void start(const Camera& first) {
+    if (options_.finish) kept_.emplace(scratch_folder_of(options_), options_.kept_bytes);
     options_.live.surface.offset = glm::round(first.center());
     live_ = std::make_unique<LiveModel>(options_.live);
     if (callbacks_.watch) watch_ = callbacks_.watch(*live_);
@@ -276,6 +372,7 @@ class Receiver {
   PlayedSource source_;
   PlaybackRecord record_;
   std::unique_ptr<LiveModel> live_;
+  std::optional<KeptFrames> kept_;
   std::shared_ptr<void> watch_;
   Clock::time_point start_, next_tell_ = Clock::now() + kTell;
   bool ended_ = false;
@@ -305,7 +402,9 @@ Playback play_capture(const std::filesystem::path& folder, PlaybackOptions optio
   for (std::size_t i = 0; i < record.frames; ++i) {
     if (stream.frames[i].view) source.offered.push_back(stream.scene.views[*stream.frames[i].view].name);
   }
-  finish_playback(live, watch, source, options, playback);
+  std::optional<StreamedFrames> frames;
+  if (options.finish) frames = played_frames(stream, record.frames);
+  finish_playback(live, watch, source, std::move(frames), options, callbacks, playback);
   playback.result.total_ms = ms_since(start);
   return playback;
 }

@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "tools/base/progress.h"
 #include "tools/live/live_model.h"
 #include "tools/live/playback/frame_socket.h"
 #include "tools/pipeline/build_model.h"
@@ -26,6 +27,11 @@ struct PlaybackOptions {
   double rate = 10;                 // photographs a second where the capture has no times, finite, > 0
   std::uint32_t polish_steps = 0;   // see LiveModel::finish()
   bool measure_deviation = true;    // see BuildOptions::measure_deviation
+  // Makes the model anew, at rest, when the stream has ended: see finished_model.h. A client's frames are kept for it
+  // in files in `scratch_folder`, of at most `kept_bytes`; empty: the system's folder for temporary files.
+  bool finish = true;
+  std::filesystem::path scratch_folder;
+  std::uint64_t kept_bytes = std::uint64_t{8} << 30U;
 };
 
 // Throws std::invalid_argument naming the field, its value and the rule that it breaks.
@@ -43,17 +49,31 @@ struct PlaybackCallbacks {
   std::function<void(const PlaybackProgress&)> told;       // about once a second, and when the stream has ended
   std::function<void(const std::string&)> warned;          // sentences about a client of receive_stream()
   std::function<std::shared_ptr<void>(LiveModel&)> watch;  // as AtlasWatch
+  // Called with the number of depth images and photographs when the model is about to be made anew. What the two after
+  // it show is that work's progress; where one of them throws BuildStopped, the model stays as the stream left it.
+  std::function<void(std::size_t depths, std::size_t photographs)> finishing;
+  StageProgress fusing;
+  BuildCallback building;
+};
+
+// How the model was made anew when the stream had ended.
+struct FinishRecord {
+  bool done = false;    // false: the model is as the stream left it
+  std::string why_not;  // a sentence, where it was asked for and could not be
+  double voxel = 0;     // see FinishedModel
+  double fusing_ms = 0, building_ms = 0;
 };
 
 // Records the times of the calls of the stream, and the outcomes of its views.
 struct PlaybackRecord {
-  std::size_t frames = 0;        // that were played
-  double seconds = 0;            // wall time of the stream
-  double finish_ms = 0;          // wall time from its end to the result
-  std::vector<double> offer_ms;  // each call of offer(), until it returned
-  std::vector<double> late_ms;   // how much later than it should each frame was played
-  std::vector<LiveOutcome> outcomes;
+  std::size_t frames = 0;             // that were played
+  double seconds = 0;                 // wall time of the stream
+  double finish_ms = 0;               // wall time from its end to the result
+  std::vector<double> offer_ms;       // each call of offer(), until it returned
+  std::vector<double> late_ms;        // how much later than it should each frame was played
+  std::vector<LiveOutcome> outcomes;  // while the stream ran
   LiveStatus live;
+  FinishRecord finish;
   bool ended_early = false;
 };
 

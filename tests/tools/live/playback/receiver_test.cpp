@@ -7,9 +7,11 @@
 
 #include <atomic>
 #include <catch2/catch.hpp>
+#include <filesystem>
 #include <thread>
 
 #include "mesh/base/errors.h"
+#include "tests/support/temporary_folder.h"
 #include "tests/tools/live/playback/stream_bytes.h"
 #include "tests/tools/live/room_stream.h"
 #include "tools/live/playback/playback.h"
@@ -64,6 +66,8 @@ TEST_CASE("a stream survives clients that go, stall and send nonsense, and is a 
   options.live.waiting_views = 30;
   options.live.waiting_depths = 30;
   options.measure_deviation = false;
+  const TemporaryFolder scratch;
+  options.scratch_folder = scratch.path();
   std::vector<std::string> warnings;
   std::atomic<std::size_t> frames = 0, warned = 0;
   PlaybackCallbacks callbacks;
@@ -111,6 +115,9 @@ TEST_CASE("a stream survives clients that go, stall and send nonsense, and is a 
   CHECK(playback.record.live.failed == 0);
   CHECK(playback.record.live.stored > 5);
   CHECK_NOTHROW(check(playback.result.snapshot));
+  CHECK(playback.record.finish.done);
+  CHECK(playback.result.planned.size() == 10);
+  CHECK(std::filesystem::is_empty(scratch.path()));
   REQUIRE(warnings.size() == 3);
   CHECK_THAT(warnings[0], Catch::Contains("gone without an end"));
   CHECK_THAT(warnings[1], Catch::Contains("greeting is not LUMLIVE1"));
