@@ -60,6 +60,10 @@ struct SurfaceUpdate {
   std::uint32_t depths_made_again = 0;  // how many of those have another depth than before
 };
 
+// When update_surface() makes depths again: at once, or view by view, by Planner::renew_depth(). The latter is for a
+// stream, in which something more urgent comes between two views, and a view that two surfaces change is done once.
+enum class DepthRenewal { now, later };
+
 // Returns the photograph of the offered view. Called at most once, before offer() returns.
 using PhotographSource = std::function<Photograph()>;
 
@@ -113,9 +117,16 @@ class Planner {
   // was. No slot may be promised (std::logic_error). Views that can see a cell that is new, changed or gone are counted
   // again, at the poses that they are stored with, and their depths and masks made again; nothing else is. References
   // are then those of the new cells, and of a cell that is new or changed only the stored views were offered. Throws
-  // std::invalid_argument, and changes nothing, if the surface does not fit: see Atlas::replace_surface().
+  // std::invalid_argument, and changes nothing, if the surface does not fit: see Atlas::replace_surface(). With
+  // DepthRenewal::later the views keep the depths and masks of the surface before until renew_depth() makes them again.
   SurfaceUpdate update_surface(std::shared_ptr<const Surface> surface, const Visibility& visibility,
-                               std::span<const CellId> previous_cell, std::span<const std::uint8_t> changed);
+                               std::span<const CellId> previous_cell, std::span<const std::uint8_t> changed,
+                               DepthRenewal depths = DepthRenewal::now);
+  // Makes the depth and mask of one view again that update_surface() left for later, the one that has waited longest.
+  // Returns false if there was none.
+  bool renew_depth();
+  // Tells whether renew_depth() may have a view to do.
+  [[nodiscard]] bool has_old_depths() const { return !old_depths_.empty(); }
   // The caller has found other poses for stored views, as a SLAM system does when it closes a loop. `poses` has the
   // poses that the views would be offered with now; what refinement corrected of the former ones is applied to these
   // too. A snapshot has all the new poses or none. Then the cells that the views see are counted again and their depths
@@ -155,7 +166,7 @@ class Planner {
                                                       std::span<const std::uint8_t> changed,
                                                       const Surface& surface) const;
   bool make_depth_again(ViewSlot slot);
-  bool see_again(ViewSlot slot);
+  void count_again(ViewSlot slot);
 
   Atlas& atlas_;
   const Visibility* visibility_;
@@ -163,6 +174,7 @@ class Planner {
   Refiner refiner_;
   PlannedStore store_;
   VisibilityBuffer buffer_;
+  std::vector<ViewSlot> old_depths_;  // slots whose view may have another depth on this surface, the oldest first
 };
 
 }  // namespace lumatlas

@@ -104,17 +104,27 @@ bool Planner::make_depth_again(ViewSlot slot) {
   return !same_depth;
 }
 
-// Counts the cells that the view sees, and makes its depth. Returns whether the depth is another than before.
-bool Planner::see_again(ViewSlot slot) {
+void Planner::count_again(ViewSlot slot) {
   const Camera small = planning_camera(atlas_.view(slot)->camera);
   const std::vector<CellPixels> seen = count_cell_pixels(visibility_->trace(small), atlas_.surface()->cells);
   atlas_.mark_seen(seen);
   store_.count_again(slot, parts(small, seen));
-  return make_depth_again(slot);
+}
+
+bool Planner::renew_depth() {
+  while (!old_depths_.empty()) {
+    const ViewSlot slot = old_depths_.front();
+    old_depths_.erase(old_depths_.begin());
+    if (atlas_.view(slot) == nullptr) continue;  // has left the store since
+    (void)make_depth_again(slot);
+    return true;
+  }
+  return false;
 }
 
 SurfaceUpdate Planner::update_surface(std::shared_ptr<const Surface> surface, const Visibility& visibility,
-                                      std::span<const CellId> previous_cell, std::span<const std::uint8_t> changed) {
+                                      std::span<const CellId> previous_cell, std::span<const std::uint8_t> changed,
+                                      DepthRenewal depths) {
   if (!surface) throw std::invalid_argument("planner: surface is null");
   if (store_.held_views() != atlas_.size())
     throw std::logic_error("planner: the surface changes while slots are promised");
@@ -146,7 +156,14 @@ SurfaceUpdate Planner::update_surface(std::shared_ptr<const Surface> surface, co
   refiner_.see_with(visibility);
   SurfaceUpdate update;
   update.views_seen_again = static_cast<std::uint32_t>(again.size());
-  for (const ViewSlot slot : again) update.depths_made_again += see_again(slot);
+  for (const ViewSlot slot : again) {
+    count_again(slot);
+    if (depths == DepthRenewal::now) {
+      update.depths_made_again += make_depth_again(slot);
+    } else if (std::find(old_depths_.begin(), old_depths_.end(), slot) == old_depths_.end()) {
+      old_depths_.push_back(slot);
+    }
+  }
   store_.offer_again(again, changed);
   return update;
 }
@@ -168,7 +185,10 @@ SurfaceUpdate Planner::move_views(std::span<const ViewPose> poses) {
   store_.follow(*surface, moved, same);
   SurfaceUpdate update;
   update.views_seen_again = static_cast<std::uint32_t>(moved.size());
-  for (const ViewSlot slot : moved) update.depths_made_again += see_again(slot);
+  for (const ViewSlot slot : moved) {
+    count_again(slot);
+    update.depths_made_again += make_depth_again(slot);
+  }
   store_.offer_again(moved, std::vector<std::uint8_t>(cells, 0));
   return update;
 }

@@ -78,10 +78,10 @@ struct PlannedSurface {
     const Camera camera = room_camera(number);
     planner.keep("view " + std::to_string(number), camera, [&] { return pattern_photograph(camera, number); });
   }
-  SurfaceUpdate become(const Grown& change) {
+  SurfaceUpdate become(const Grown& change, DepthRenewal depths = DepthRenewal::now) {
     std::unique_ptr<Visibility> now = make_ray_visibility(change.surface->mesh);
     const SurfaceUpdate update =
-        planner.update_surface(change.surface, *now, change.growth.previous_cell, change.growth.changed);
+        planner.update_surface(change.surface, *now, change.growth.previous_cell, change.growth.changed, depths);
     surface = change.surface;
     visibility = std::move(now);
     return update;
@@ -166,6 +166,30 @@ TEST_CASE("a surface that appears, moves and disappears leaves the store as if i
 
   const SurfaceUpdate disappearing = scene.become(grown(*scene.surface, bare));
   CHECK(disappearing.depths_made_again > 0);
+  check_against_new_start(scene);
+}
+
+TEST_CASE("depths that are left for later follow view by view, once for two surfaces") {
+  PlannedSurface scene(room_surface(), false);
+  for (std::size_t i = 0; i < kMostViews; ++i) scene.keep(i);
+  const Mesh bare = scene.surface->mesh;
+  std::vector<std::shared_ptr<const StoredView>> before;
+  for (ViewSlot slot{0}; slot < kMostViews; ++slot) before.push_back(scene.atlas.view(slot));
+  CHECK_FALSE(scene.planner.has_old_depths());
+  CHECK_FALSE(scene.planner.renew_depth());
+
+  std::uint32_t seen_again = 0;
+  for (const float height : {0.5F, 0.9F}) {
+    const SurfaceUpdate update = scene.become(grown(*scene.surface, with_panel(bare, height)), DepthRenewal::later);
+    CHECK(update.depths_made_again == 0);
+    seen_again += update.views_seen_again;
+  }
+  for (ViewSlot slot{0}; slot < kMostViews; ++slot) CHECK(scene.atlas.view(slot) == before[slot]);
+  std::uint32_t renewed = 0;
+  while (scene.planner.renew_depth()) ++renewed;
+  CHECK(renewed > 0);
+  CHECK(renewed < seen_again);
+  CHECK_FALSE(scene.planner.has_old_depths());
   check_against_new_start(scene);
 }
 

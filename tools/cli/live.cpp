@@ -106,6 +106,7 @@ nlohmann::json live_json(const PlaybackRecord& record) {
       {"fusion_ms", times_json(live.fusion)},
       {"surface_making_ms", times_json(live.surface_making)},
       {"surface_taking_ms", times_json(live.surface_taking)},
+      {"depth_renewing_ms", times_json(live.depth_renewing)},
       {"storing_ms", times_json(live.storing)},
       {"finish", finish_json(record.finish)},
       {"finish_ms", record.finish_ms}};

@@ -26,6 +26,7 @@ constexpr Requirement live_requires{"live"};
 // A view is not decided before the surface has grown if more than this share of its picture has no surface yet.
 constexpr double kMuchUnseen = 0.2;
 constexpr double kStoringShare = 2;  // as much time for views as for surfaces, times this, while both wait
+constexpr int kRenewedAView = 2;     // depths of other views that are made again before the next view is stored
 constexpr std::size_t kMostPassed =
     256;  // views that count for demand and wait for it; of more the first are forgotten
 
@@ -105,6 +106,7 @@ struct LiveModel::State {
   std::vector<Camera> passed;  // cameras of views that were not needed
   std::vector<std::vector<MovedView>> moves;
   bool views_busy = false;
+  bool old_depths = false;  // views wait for the depth that they have on the surface
 
   std::vector<WaitingDepth> depths;
   bool depths_busy = false;
@@ -156,6 +158,7 @@ struct LiveModel::State {
   // Called with the mutex locked, which they unlock while they work.
   void store_view(Lock& lock, std::size_t place);
   void count_passed(Lock& lock);
+  void renew_depth(Lock& lock);
   void take_surface(Lock& lock);
   void take_moves(Lock& lock);
   void count_anew(Lock& lock, std::shared_ptr<const LiveSight> next, std::uint64_t next_depths);
@@ -202,7 +205,7 @@ void LiveModel::State::require_going() const {
 
 // Without a surface no view can be stored, so that what waits then does not count.
 bool LiveModel::State::all_rests() const {
-  if (!depths_rest() || grown || !moves.empty() || views_busy) return false;
+  if (!depths_rest() || grown || !moves.empty() || views_busy || old_depths) return false;
   return !sight || (waiting.empty() && passed.empty());
 }
 
@@ -334,10 +337,11 @@ LiveStatus LiveModel::State::status_now() {
 
 void LiveModel::State::run_views() {
   Lock lock(mutex);
+  int renewed = kRenewedAView;  // depths since the last view was stored
   for (;;) {
     // A surface may wait for a time, of which nothing tells.
     changed.wait_for(lock, std::chrono::milliseconds(50), [&] {
-      return stop || !moves.empty() || may_take_surface() || next_view() || (sight && !passed.empty());
+      return stop || !moves.empty() || may_take_surface() || next_view() || old_depths || (sight && !passed.empty());
     });
     if (stop) return;
     views_busy = true;
@@ -347,8 +351,12 @@ void LiveModel::State::run_views() {
       moves.clear();  // no view is stored
     } else if (may_take_surface()) {
       take_surface(lock);
-    } else if (const std::optional<std::size_t> view = next_view()) {
+    } else if (const std::optional<std::size_t> view = next_view(); view && (!old_depths || renewed >= kRenewedAView)) {
       store_view(lock, *view);
+      renewed = 0;
+    } else if (old_depths) {
+      renew_depth(lock);
+      ++renewed;
     } else if (sight && !passed.empty()) {
       count_passed(lock);
     }
@@ -388,6 +396,16 @@ void LiveModel::State::store_view(Lock& lock, std::size_t place) {
   outcomes.push_back(std::move(outcome));
 }
 
+// Makes the depth of one view follow the last surface.
+void LiveModel::State::renew_depth(Lock& lock) {
+  lock.unlock();
+  const LiveStopwatch stopwatch;
+  (void)planner->renew_depth();
+  lock.lock();
+  stopwatch.stop(status.depth_renewing);
+  old_depths = planner->has_old_depths();
+}
+
 // Views that were not needed count for what the stream asks for.
 void LiveModel::State::count_passed(Lock& lock) {
   const Camera camera = passed.front();
@@ -411,13 +429,14 @@ void LiveModel::State::take_surface(Lock& lock) {
   const LiveStopwatch stopwatch;
   if (planner) {
     planner->update_surface(next.surface.surface, *next.surface.visibility, next.surface.previous_cell,
-                            next.surface.changed);
+                            next.surface.changed, DepthRenewal::later);
   } else {
     start_planner(next.surface);
   }
   planner_visibility = next.surface.visibility;
   lock.lock();
   shown_atlas = atlas;
+  old_depths = planner->has_old_depths();
   status.faces = next.surface.surface->mesh.faces.size();
   status.cells = next.surface.surface->cells.cells.size();
   count_anew(lock, std::make_shared<const LiveSight>(LiveSight{next.surface.surface, next.surface.visibility}),

@@ -13,7 +13,7 @@
 // offer(), fuse() and move_views() never wait for work: they decide, put what is to be done into a bounded queue, and
 // return. Two threads work. One fuses depth frames and makes surfaces of them. The other stores the chosen views and
 // takes over surfaces and poses. Each stored view, surface and set of poses is one edit of the store: a snapshot has
-// all of it or nothing.
+// all of it or nothing. The depths and masks of stored views follow a surface view by view.
 //
 // All coordinates are relative to one origin near the scene, which the caller subtracts: positions become floats.
 #pragma once
@@ -80,7 +80,7 @@ struct LiveStatus {
   std::uint64_t stored = 0, outliers = 0;                                  // views, by the planner
   std::uint32_t held = 0, waiting = 0;                                     // views in the store and in the queue
   std::uint64_t depths_given = 0, depths_dropped = 0, depths_refused = 0;  // refused: unreadable, or no room
-  LiveTimes fusion, surface_making, surface_taking, storing, moving;
+  LiveTimes fusion, surface_making, surface_taking, depth_renewing, storing, moving;
   std::uint64_t faces = 0, cells = 0;  // of the surface
   std::string last_failure;            // of a depth frame or photograph; empty: none
 };
