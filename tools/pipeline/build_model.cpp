@@ -203,6 +203,9 @@ BuildResult choose_and_refine(PosedScene& scene, const BuildOptions& given, cons
                               const AtlasWatch& watch) {
   BuildResult result;
   result.options = given;
+  if (given.completion.surface || given.watch) {
+    throw std::invalid_argument("build: a scene without a folder is neither completed by stereo nor watched");
+  }
   note_scene(scene.views, result);
   std::mt19937_64 random(given.seed);
   const Stream stream = stream_of(scene.views.views, in_order(scene.offered, given.order, random));
@@ -210,7 +213,10 @@ BuildResult choose_and_refine(PosedScene& scene, const BuildOptions& given, cons
   require_names_that_a_model_can_hold(stream);
   result.mesh_file = scene.mesh.facts.mesh_file;
   result.warnings = scene.mesh.facts.warnings;
-  plan_on({scene.views, scene.offered, stream, {}, random, nullptr}, std::move(scene.mesh), callback, watch, result);
+  std::vector<std::size_t> ranks = scene.offered;
+  std::sort(ranks.begin(), ranks.end());
+  const FarSphere far = complete(scene.views.root, scene.views, ranks, callback, scene.mesh, result);
+  plan_on({scene.views, ranks, stream, far, random, nullptr}, std::move(scene.mesh), callback, watch, result);
   result.scene_views = std::move(scene.views.views);
   return result;
 }

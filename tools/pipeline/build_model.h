@@ -144,11 +144,12 @@ using AtlasWatch = std::function<std::shared_ptr<void>(const Atlas&)>;
 struct PosedScene {
   SceneViews views;                  // relative to mesh.offset
   std::vector<std::size_t> offered;  // ranks of views, in the order in which they are offered; at least one
-  MeshInput mesh;                    // taken as it is: not compared with photographs, not completed
+  MeshInput mesh;                    // not compared with photographs; may get a far sphere, see completion.far_sphere
 };
 
-// Builds a model of a scene that the caller holds. options.order takes `offered` as given; options.mesh, mesh_frame,
-// completion, close_holes and watch have no effect, and hold_out is only recorded. Throws as the function above.
+// Builds a model of a scene that the caller holds. options.order takes `offered` as given; options.mesh, mesh_frame
+// and close_holes have no effect, and hold_out is only recorded. Throws as the function above, and
+// std::invalid_argument with completion.surface or watch, which need a folder.
 [[nodiscard]] BuildResult build_model(PosedScene scene, const BuildOptions& options, const BuildCallback& callback = {},
                                       const AtlasWatch& watch = {});
 

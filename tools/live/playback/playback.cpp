@@ -142,7 +142,6 @@ BuildOptions build_options_of(const PlaybackOptions& options) {
   build.hold_out = options.hold_out;
   build.refine = options.polish_steps > 0 ? RefineMode::joint : RefineMode::all;
   if (options.polish_steps > 0) build.max_polish_steps = options.polish_steps;
-  build.completion.far_sphere = false;
   build.measure_deviation = options.measure_deviation;
   build.texture_px.reset();
   build.memory.scratch_folder = options.scratch_folder;
@@ -170,6 +169,7 @@ BuildResult result_of(const PlayedSource& source, const PlaybackOptions& options
   }
   result.options = build_options_of(options);
   result.options.refine_lenses = false;
+  result.options.completion.far_sphere = false;
   result.effective = model.planner;
   result.mesh_file = source.scene.root;
   result.planned = planned_views(source, record);

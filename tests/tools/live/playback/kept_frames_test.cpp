@@ -96,6 +96,9 @@ TEST_CASE("a model is made anew of kept frames, and frames that cannot be read a
   for (const auto& view : finished.result.snapshot.views) stored += view != nullptr;
   CHECK(stored > 2);
   CHECK(stored <= 5);
+  BuildOptions with_stereo = options;
+  with_stereo.completion.surface = true;
+  CHECK_THROWS_AS(finished_model(kept.frames(), with_stereo, unheard(), {}), std::invalid_argument);
   StreamedFrames none = kept.frames();
   for (SceneDepth& depth : none.scene.depths) depth.file = folder.path() / "missing.tif";
   CHECK_THROWS_WITH(finished_model(none, options, unheard(), {}), Catch::Contains("no depth image can be read"));
