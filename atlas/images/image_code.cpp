@@ -18,6 +18,7 @@ constexpr lumatlas::ImageCode kImageCode{
     lumatlas::read_alpha,
     lumatlas::read_grey_image,
     lumatlas::encode_image,
+    lumatlas::encode_grey_image,
     lumatlas::can_be_encoded_in_memory,
     lumatlas::encode_as_named,
     lumatlas::encode_to_file,

@@ -44,6 +44,7 @@ struct ImageCode {
   std::vector<std::uint8_t> (*read_alpha)(const std::filesystem::path&, Orientation);
   GreyImage (*read_grey_image)(const std::filesystem::path&);
   std::vector<std::uint8_t> (*encode_image)(const Photograph&, const ImageCoding&, const std::optional<CameraNote>&);
+  std::vector<std::uint8_t> (*encode_grey_image)(const GreyImage&);
   bool (*can_be_encoded_in_memory)(const std::filesystem::path&);
   std::vector<std::uint8_t> (*encode_as_named)(const std::filesystem::path&, const Photograph&,
                                                std::span<const std::uint8_t>);

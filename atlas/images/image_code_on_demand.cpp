@@ -89,6 +89,10 @@ bool can_be_encoded_in_memory(const fs::path& path) {
   return image_code().can_be_encoded_in_memory(path);
 }
 
+std::vector<std::uint8_t> encode_grey_image(const GreyImage& image) {
+  return image_code().encode_grey_image(image);
+}
+
 std::vector<std::uint8_t> encode_as_named(const fs::path& path, const Photograph& image,
                                           std::span<const std::uint8_t> alpha) {
   return image_code().encode_as_named(path, image, alpha);

@@ -43,6 +43,16 @@ void check_picture(const Photograph& image, std::span<const std::uint8_t> alpha 
   }
 }
 
+void check_picture(const GreyImage& image) {
+  const std::size_t expected = std::size_t{image.width} * image.height;
+  if (expected > 0 && image.width <= kLongestImageSide && image.height <= kLongestImageSide &&
+      image.values.size() == expected) {
+    return;
+  }
+  throw std::invalid_argument("grey image: " + std::to_string(image.values.size()) + " values for a size of " +
+                              size_text(image.width, image.height) + "; each side must be in [1, 65536]");
+}
+
 void check_picture(const FloatImage& image) {
   constexpr std::size_t kMostNameBytes = 255;  // that OpenEXR can hold
   const auto fits = [](std::uint32_t side) { return side >= 1 && side <= std::uint32_t{kLongestImageSide}; };
@@ -178,6 +188,17 @@ std::vector<std::uint8_t> encode_image(const Photograph& image, const ImageCodin
   if (note) set_camera_note(spec, *note);
   return encoded(*output, name, spec, name + ": cannot be encoded",
                  [&](OIIO::ImageOutput& opened) { return write_pixels(opened, image); });
+}
+
+std::vector<std::uint8_t> encode_grey_image(const GreyImage& image) {
+  check_picture(image);
+  const std::string name = "image.png";
+  const Output output = output_named(name);
+  if (!output) throw InputError(name + ": OpenImageIO is installed without this format");
+  OIIO::ImageSpec spec(static_cast<int>(image.width), static_cast<int>(image.height), 1, TypeDesc::UINT16);
+  spec.attribute("png:compressionLevel", 1);
+  return encoded(*output, name, spec, name + ": cannot be encoded",
+                 [&](OIIO::ImageOutput& opened) { return opened.write_image(TypeDesc::UINT16, image.values.data()); });
 }
 
 bool can_be_encoded_in_memory(const std::filesystem::path& path) {

@@ -121,6 +121,10 @@ void check(const ImageCoding& coding);
 [[nodiscard]] std::vector<std::uint8_t> encode_image(const Photograph& image, const ImageCoding& coding,
                                                      const std::optional<CameraNote>& note = std::nullopt);
 
+// Returns the bytes of a PNG file of one channel of 16 bits, made in little time. Throws std::invalid_argument for an
+// invalid image, InputError if it cannot be encoded.
+[[nodiscard]] std::vector<std::uint8_t> encode_grey_image(const GreyImage& image);
+
 // Writes a PNG file, 8-bit RGB, or by the ending another format that OpenImageIO writes. `alpha` is empty, or has one
 // value for each pixel, 255 is opaque. Writes beside `path`, then renames. Throws std::invalid_argument for what is no
 // image, InputError naming the path unless every byte was taken; waits for no disk, see Durability::left_to_folder.

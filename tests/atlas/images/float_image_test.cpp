@@ -5,7 +5,9 @@
 
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <fstream>
 #include <limits>
+#include <vector>
 
 #include "atlas/images/photograph.h"
 #include "atlas/images/srgb.h"
@@ -14,6 +16,21 @@
 
 namespace lumatlas {
 namespace {
+
+TEST_CASE("whole numbers of 16 bits come back from a PNG file as they were") {
+  const TemporaryFolder folder;
+  const GreyImage image{3, 2, {0, 1, 255, 256, 40000, 65535}};
+  const std::vector<std::uint8_t> file = encode_grey_image(image);
+  std::ofstream(folder / "depth.png", std::ios::binary)
+      .write(reinterpret_cast<const char*>(file.data()), static_cast<std::streamsize>(file.size()));
+  const GreyImage read = read_grey_image(folder / "depth.png");
+  CHECK(read.width == 3);
+  CHECK(read.height == 2);
+  CHECK(read.values == image.values);
+  CHECK_THROWS_WITH(encode_grey_image({3, 2, {1, 2, 3, 4, 5}}),
+                    "grey image: 5 values for a size of 3x2; each side must be in [1, 65536]");
+  CHECK_THROWS_AS(encode_grey_image({}), std::invalid_argument);
+}
 
 TEST_CASE("numbers come back from an OpenEXR file as they were, infinity and none included") {
   const TemporaryFolder folder;

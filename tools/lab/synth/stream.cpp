@@ -2,7 +2,6 @@
 #include "tools/lab/synth/stream.h"
 
 #include <tbb/parallel_for.h>
-#include <zlib.h>
 
 #include <algorithm>
 #include <cmath>
@@ -10,10 +9,10 @@
 #include <glm/gtc/quaternion.hpp>
 #include <iomanip>
 #include <sstream>
-#include <string_view>
 #include <system_error>
 #include <vector>
 
+#include "atlas/images/photograph.h"
 #include "mesh/base/errors.h"
 #include "tools/lab/synth/random.h"
 #include "tools/lab/synth/scan.h"
@@ -24,56 +23,20 @@ namespace {
 constexpr double kStepsPerUnit = 5000;  // of TUM depth files
 constexpr double kHalfPixel = 0.5;      // TUM counts from the middle of the first pixel
 
-void write_bytes(const std::filesystem::path& path, const std::string& bytes) {
+template <typename Bytes>
+void write_bytes(const std::filesystem::path& path, const Bytes& bytes) {
   std::ofstream file(path, std::ios::binary);
-  file.write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+  file.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
   file.close();
   if (!file) throw InputError(path.string() + ": cannot be written");
 }
 
-void add_big_endian(std::string& bytes, std::uint32_t value) {
-  for (int shift = 24; shift >= 0; shift -= 8)
-    bytes += static_cast<char>((value >> static_cast<unsigned>(shift)) & 255U);
-}
-
-void add_png_chunk(std::string& png, std::string_view type, const std::string& data) {
-  add_big_endian(png, static_cast<std::uint32_t>(data.size()));
-  const std::string checked = std::string(type) + data;
-  png += checked;
-  const auto* first = reinterpret_cast<const Bytef*>(checked.data());
-  add_big_endian(png, static_cast<std::uint32_t>(crc32(0, first, static_cast<uInt>(checked.size()))));
-}
-
-std::string deflated(const std::string& bytes) {
-  uLongf size = compressBound(static_cast<uLong>(bytes.size()));
-  std::string result(size, '\0');
-  compress2(reinterpret_cast<Bytef*>(result.data()), &size, reinterpret_cast<const Bytef*>(bytes.data()),
-            static_cast<uLong>(bytes.size()), Z_BEST_SPEED);
-  result.resize(size);
-  return result;
-}
-
-// A PNG of one channel of 16 bits.
-std::string depth_png(const DepthImage& image) {
-  std::string rows;
-  for (std::uint32_t y = 0; y < image.camera.height; ++y) {
-    rows += '\0';  // the row is not filtered
-    for (std::uint32_t x = 0; x < image.camera.width; ++x) {
-      const double steps = std::round(kStepsPerUnit * image.depth[std::size_t{y} * image.camera.width + x]);
-      const auto value = static_cast<std::uint32_t>(std::clamp(steps, 0.0, 65535.0));
-      rows += static_cast<char>(value >> 8U);
-      rows += static_cast<char>(value & 255U);
-    }
+std::vector<std::uint8_t> depth_png(const DepthImage& image) {
+  GreyImage steps{image.camera.width, image.camera.height, {}};
+  for (const float depth : image.depth) {
+    steps.values.push_back(static_cast<std::uint16_t>(std::clamp(std::round(kStepsPerUnit * depth), 0.0, 65535.0)));
   }
-  std::string header;
-  add_big_endian(header, image.camera.width);
-  add_big_endian(header, image.camera.height);
-  header += std::string("\x10\0\0\0\0", 5);  // 16 bits, grey
-  std::string png("\x89PNG\r\n\x1a\n", 8);
-  add_png_chunk(png, "IHDR", header);
-  add_png_chunk(png, "IDAT", deflated(rows));
-  add_png_chunk(png, "IEND", {});
-  return png;
+  return encode_grey_image(steps);
 }
 
 std::string pose_line(const Camera& camera) {

@@ -8,46 +8,12 @@
 #include <system_error>
 #include <utility>
 
+#include "atlas/images/photograph.h"
 #include "mesh/base/errors.h"
 
 namespace lumatlas {
 
 namespace {
-
-// Returns a TIFF file of one channel of 16 bits, uncompressed (TIFF 6.0, section 4: greyscale images).
-std::vector<std::uint8_t> tiff_of(const std::vector<std::uint16_t>& values, std::uint32_t width, std::uint32_t height) {
-  constexpr std::uint16_t kShort = 3, kLong = 4;
-  std::vector<std::uint8_t> file;
-  file.reserve(2 * values.size() + 128);
-  const auto add = [&file](auto value) {
-    for (std::size_t byte = 0; byte < sizeof value; ++byte) file.push_back((value >> (8 * byte)) & 0xFFU);
-  };
-  const auto bytes = static_cast<std::uint32_t>(2 * values.size());
-  const auto entry = [&add](std::uint16_t tag, std::uint16_t type, std::uint32_t value) {
-    add(tag);
-    add(type);
-    add(std::uint32_t{1});
-    add(value);  // a short one is followed by two bytes of padding
-  };
-  constexpr std::uint32_t kHeader = 8;
-  file.insert(file.end(), {'I', 'I'});
-  add(std::uint16_t{42});
-  add(kHeader + bytes);  // where the directory begins
-  for (const std::uint16_t value : values) add(value);
-  constexpr std::uint16_t kEntries = 9;
-  add(kEntries);
-  entry(256, kLong, width);
-  entry(257, kLong, height);
-  entry(258, kShort, 16);      // bits a sample
-  entry(259, kShort, 1);       // not compressed
-  entry(262, kShort, 1);       // 0 is black
-  entry(273, kLong, kHeader);  // where the rows begin
-  entry(277, kShort, 1);       // samples a pixel
-  entry(278, kLong, height);   // rows of the one strip
-  entry(279, kLong, bytes);
-  add(std::uint32_t{0});  // no other directory
-  return file;
-}
 
 // Returns the ending that a photograph's file goes under: a PNG file begins so, and the others are JPEG.
 const char* ending_of(const std::vector<std::uint8_t>& photograph) {
@@ -95,8 +61,8 @@ void KeptFrames::keep(const FrameMessage& message) {
     write(frame.photograph, message.photograph, frame);
   }
   if (!message.depth.empty()) {
-    frame.depth = folder_.path() / (number + ".tif");
-    write(frame.depth, tiff_of(message.depth, message.camera.width, message.camera.height), frame);
+    frame.depth = folder_.path() / (number + ".depth.png");
+    write(frame.depth, encode_grey_image({message.camera.width, message.camera.height, message.depth}), frame);
   }
   bytes_ += frame.bytes;
   frames_.push_back(std::move(frame));
