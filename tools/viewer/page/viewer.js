@@ -357,7 +357,7 @@ export class Viewer {
     this.hasMesh = true;
   }
 
-  // The whole surface, in the place of what was drawn of it.
+  // Draws the whole surface in place of what was drawn of it.
   /** @param {Mesh} mesh @param {string} file */
   takeMesh(mesh, file) {
     const {surface} = this.renderer;
@@ -374,7 +374,7 @@ export class Viewer {
     this.offset = mesh.offset ?? this.offset;
   }
 
-  // The surface in `boxes` was replaced; null: all of it.
+  // Notes that the surface in `boxes` was replaced; null: all of it.
   /** @param {number[][] | null} boxes */
   surfaceChanged(boxes) {
     this.hasMesh = true;
@@ -415,7 +415,7 @@ export class Viewer {
     return true;
   }
 
-  // The chunks of another version of the scene, at once, so that no picture is drawn of two versions.
+  // Draws the chunks of another version of the scene at once, so that no picture is of two versions.
   /** @param {Scene} scene @param {Chunks} chunks */
   async followChunks(scene, chunks) {
     const {renderer} = this;
@@ -577,20 +577,20 @@ export class Viewer {
         Photographs.bytesBesides(this.scene, this.form, tiles);
   }
 
-  // Bytes that the surface takes, or may take once its chunks have come.
+  // Returns the bytes that the surface takes, or may take once its chunks have come.
   surfaceBytes() {
     const bytes = this.renderer.surface.bytes();
     return this.chunks && this.chunks.room < Infinity ? Math.max(bytes, this.chunks.room) : bytes;
   }
 
-  // Bytes that chunks may take on the GPU of `all` that they would take.
+  // Returns how many bytes chunks may take on the GPU, which would take `all`.
   /** @param {number} all */
   roomForChunks(all) {
     const left = this.memory * MEBIBYTE - this.besides(this.resident.length);
     return Math.max(0, Math.min(CHUNKS_VARY * all, MOST_FOR_CHUNKS * left));
   }
 
-  // Bytes that besides() and the surface leave for photographs with `tiles`.
+  // Returns the bytes that besides() and the surface leave for photographs with `tiles`.
   /** @param {number} tiles */
   forPhotographs(tiles) {
     const {renderer} = this;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What a camera sees, bounded by planes.
+// Bounds what a camera sees by planes.
 import {add, dot, length, normalized, row, subtract, times} from '../camera.js';
 /** @import {Camera, Vector} from '../types.d.ts' */
 
@@ -17,7 +17,7 @@ export class Pyramid {
   constructor({rotation, translation, fx, fy, cx, cy, width, height}) {
     this.rows = [0, 1, 2].map((number) => row(rotation, number));
     this.translation = translation;
-    // As unit normals: view_pyramid() of blend/tables/view_pyramid.h.
+    // Unit normals, as view_pyramid() of blend/tables/view_pyramid.h has them.
     this.normals = [[0, 0, 1], [fx, 0, cx], [-fx, 0, width - cx], [0, fy, cy], [0, -fy, height - cy]].map(normalized);
   }
 

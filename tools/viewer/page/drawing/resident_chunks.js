@@ -89,7 +89,7 @@ export class ResidentChunks {
     this.standInsLost.clear();
   }
 
-  // How little a chunk is needed for a camera's picture.
+  // Returns how little a chunk is needed for the camera's picture: its distance, more if the camera does not see it.
   /** @param {number} number */
   distance(number) {
     const {center} = this;
@@ -127,7 +127,7 @@ export class ResidentChunks {
     return bytes <= this.room - this.roomForStandIns;
   }
 
-  // Bytes that a chunk takes on the GPU, by those that are there.
+  // Returns the bytes that a chunk takes on the GPU, estimated by those that are there.
   /** @param {number} number */
   estimate(number) {
     const known = this.there.get(number);
@@ -139,7 +139,7 @@ export class ResidentChunks {
     return this.there.size > 0 ? onGpu / this.there.size : 0;
   }
 
-  // Bytes that all chunks would take on the GPU.
+  // Returns the bytes that all chunks would take on the GPU.
   estimateOfAll() {
     return this.chunks.sources.reduce((sum, _, number) => sum + this.estimate(number), 0);
   }
@@ -164,8 +164,8 @@ export class ResidentChunks {
     return this.count > before;
   }
 
-  // Which tiles of the photographs are there, for each tile of the scene 1 or 0. Throws FetchFailure if that cannot be
-  // had.
+  // Returns for each tile of the scene 1 or 0: whether it is among the photographs. Throws FetchFailure if the file
+  // that says so cannot be fetched.
   async residentTiles() {
     if (this.coming.has(0)) await Promise.race([this.filling, this.firstIsRead]);
     return this.resident ?? loadResidentTiles(this.scene);
@@ -178,7 +178,7 @@ export class ResidentChunks {
     }
   }
 
-  // How little the mesh is needed that stands in for some chunks; Infinity: all of these are drawn.
+  // Returns how little the mesh is needed that stands in for some chunks; Infinity: all of these are drawn.
   /** @param {number} number */
   distanceOfStandIn(number) {
     const {first, end} = this.chunks.standIns[number];
@@ -288,7 +288,7 @@ export class ResidentChunks {
     this.begin();
   }
 
-  // Finds out how many bytes may be taken.
+  // Shares the memory between chunks and the meshes that stand in for them.
   takeRoom() {
     const all = this.estimateOfAll();
     this.room = this.viewer.roomForChunks(all);

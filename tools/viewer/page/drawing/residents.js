@@ -119,7 +119,7 @@ export class Residents {
     }));
   }
 
-  // What is fetched next: depths of a view that is there, or another view.
+  // Returns what to fetch next: the mask for new depths of a view that is there, or another view; null: nothing.
   /** @returns {{slot: number, instead?: number, depths?: boolean} | null} */
   next() {
     const {cells, layout} = this.photographs;

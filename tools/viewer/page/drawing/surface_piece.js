@@ -62,9 +62,9 @@ export class SurfacePiece {
     for (let attribute = 0; attribute < 4; ++attribute) gl.enableVertexAttribArray(attribute);
     this.buffer(gl.ELEMENT_ARRAY_BUFFER, mesh.corners);
     gl.bindVertexArray(null);
-    // Of corners: those of each of CELLS_OF_SHADER, then those that are drawn a little behind.
+    // How many corners there are for each of CELLS_OF_SHADER, and last of faces that are drawn a little behind.
     this.counts = [...mesh.counts, mesh.behind];
-    this.shown = this.counts;  // the first of each of them
+    this.shown = this.counts;  // how many of each are shown: the first ones
     this.size = [mesh.positions.length, mesh.corners.length];
     this.ball = ballAround(boxOf(mesh.positions));
     this.zoneBoxes = boxesOfZones(mesh);
@@ -102,7 +102,7 @@ export class SurfacePiece {
         pools.references.bytesOf(tables.references.range);
   }
 
-  // In place of earlier ones.
+  // Replaces the tables.
   /** @param {Tables} tables */
   setTables(tables) {
     this.giveTables();
@@ -131,7 +131,7 @@ export class SurfacePiece {
     return this.tables?.zones.first ?? 0;
   }
 
-  // Tables of another piece's mesh with the same zones, as the mesh is replaced and they stay.
+  // Takes the tables over from a piece whose mesh this one replaces.
   /** @param {SurfacePiece} before */
   takeTablesOf(before) {
     this.tables = before.tables;

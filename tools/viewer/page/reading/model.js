@@ -84,8 +84,8 @@ function tileContent({content}) {
   return content;
 }
 
-// The tiles without children, which are chunks, and those between the root and them that have content, a parent before
-// its children: with the numbers of the chunks that it stands for.
+// Returns the tiles without children, which are chunks, and those between the root and them that have content, a parent
+// before its children, with the numbers of the chunks that it stands for.
 /** @param {Tile} root */
 function tilesBelow(root) {
   /** @type {Tile[]} */
@@ -234,7 +234,8 @@ class SurfaceSource {
     return colorsOf(gltf, primitives);
   }
 
-  // Which tiles of the photographs are there; of the file it reads no more than what says so.
+  // Returns for each tile of the scene 1 or 0: whether it is among the photographs. It reads no more of the file than
+  // what says so.
   /** @param {Scene} scene */
   async residentTiles(scene) {
     const isOpen = this.opened !== null || !this.uri.endsWith('.glb');
@@ -269,7 +270,7 @@ export async function loadMesh({source}) {
 /** @param {Scene} scene */
 export const loadColors = ({mesh}) => mesh.source.colors();
 
-// For each tile of the scene 1 or 0.
+// Returns for each tile of the scene 1 or 0: whether it is among the photographs.
 /** @param {Scene} scene */
 export const loadResidentTiles = (scene) => scene.mesh.source.residentTiles(scene);
 
