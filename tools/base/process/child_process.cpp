@@ -99,7 +99,7 @@ bool has_ended(pid_t child) {
     set_action(kForwarded[i], kForwarded[i] == SIGTERM ? note_end : SIG_IGN);
   }
   const pid_t keeper = getpid();
-  const pid_t started = fork();
+  const pid_t started = _Fork();
   if (started == 0) {
     for (std::size_t i = 0; i < kForwarded.size(); ++i) set_action(kForwarded[i], was_ignored[i] ? SIG_IGN : SIG_DFL);
     become(child, argv, keeper);
@@ -160,8 +160,14 @@ int run_to_end(const ChildProcess& child, const std::function<void()>& while_wai
   for (std::string& text : texts) argv.push_back(text.data());
   argv.push_back(nullptr);
   const pid_t parent = getpid();
-  const pid_t started = fork();
+  // Until the keeper has its own handlers, a signal would run those of this program in it, and be lost.
+  sigset_t all, before;
+  sigfillset(&all);
+  pthread_sigmask(SIG_SETMASK, &all, &before);
+  // _Fork() runs no handlers of libraries, whose locks another thread may hold for ever as the keeper sees them.
+  const pid_t started = _Fork();
   if (started == 0) keep(child, argv.data(), parent);
+  pthread_sigmask(SIG_SETMASK, &before, nullptr);
   if (started < 0) throw InputError(child.program.string() + ": cannot be started: " + std::strerror(errno));
   const int status = wait_for(started, while_waiting);
   throw_if_interrupted();  // Ctrl-C on a terminal goes to both
