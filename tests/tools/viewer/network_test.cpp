@@ -210,7 +210,7 @@ TEST_CASE("chunks come nearest first, show the picture of one chunk, and the coa
   const Network network = [&](const std::string& name) -> Trouble {
     const std::lock_guard lock(mutex);
     if (name == kMended) is_mended = true;
-    // Of the first, small parts come beforehand, which say which tiles there are.
+    // The page reads small parts of the first chunk beforehand, which list the resident tiles.
     if (name.starts_with("chunks/surface-")) {
       std::erase(order, name.substr(7));
       order.push_back(name.substr(7));

@@ -164,7 +164,7 @@ int run_to_end(const ChildProcess& child, const std::function<void()>& while_wai
   sigset_t all, before;
   sigfillset(&all);
   pthread_sigmask(SIG_SETMASK, &all, &before);
-  // _Fork() runs no handlers of libraries, whose locks another thread may hold for ever as the keeper sees them.
+  // _Fork() runs no fork handlers of libraries. Another thread may hold their locks, which the keeper then waits for.
   const pid_t started = _Fork();
   if (started == 0) keep(child, argv.data(), parent);
   pthread_sigmask(SIG_SETMASK, &before, nullptr);

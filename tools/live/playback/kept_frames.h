@@ -47,7 +47,7 @@ class KeptFrames {
   std::uint64_t most_bytes_;
   std::vector<Frame> frames_;  // those kept, in the order in which they came
   std::uint64_t bytes_ = 0;
-  std::size_t every_ = 1;  // one of so many frames is kept
+  std::size_t every_ = 1;  // a power of two: this many frames come for each that is kept
   std::size_t came_ = 0;
 };
 

@@ -210,7 +210,7 @@ void finish_playback(LiveModel& live, std::shared_ptr<void>& watch, const Played
                      std::optional<StreamedFrames> frames, const PlaybackOptions& options,
                      const PlaybackCallbacks& callbacks, Playback& playback) {
   const Clock::time_point end = Clock::now();
-  // What is made anew is refined then.
+  // A model that is made anew is refined after that.
   LiveResult model = live.finish(frames ? 0 : options.polish_steps);
   watch.reset();
   PlaybackRecord& record = playback.record;

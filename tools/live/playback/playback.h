@@ -56,7 +56,7 @@ struct PlaybackCallbacks {
   BuildCallback building;
 };
 
-// How the model was made anew when the stream had ended.
+// Records how the model was made anew when the stream had ended.
 struct FinishRecord {
   bool done = false;    // false: the model is as the stream left it
   std::string why_not;  // a sentence, where it was asked for and could not be

@@ -95,7 +95,7 @@ export class ResidentChunks {
     const {center} = this;
     const ball = this.balls[number];
     const toMiddle = Math.hypot(...ball.center.map((value, axis) => value - center[axis]));
-    // Of those that the camera is in, the one whose middle is nearest.
+    // Several boxes may hold the camera; the small term then prefers the chunk whose middle is nearest.
     const distance = distanceToBox(this.chunks.boxes[number], center) + 1e-6 * toMiddle;
     return distance * (this.camera.meets(ball) ? 1 : UNSEEN);
   }
@@ -108,12 +108,10 @@ export class ResidentChunks {
         there.has(number) || coming.has(number) || lost.has(number) || isRead.has(number) ? [] :
           [{number, distance: this.distance(number)}]);
     if (missing.length === 0) return -1;
-    // The first has the far sphere.
-    const isFirst = (/** @type {number} */ number) => number === 0;
     const wanted = missing.reduce((a, b) => b.distance < a.distance ? b : a);
-    const first = missing.find(({number}) => isFirst(number));
     if (this.fits(wanted)) return wanted.number;
-    return first && first !== wanted && this.count > 0 ? first.number : -1;
+    // The first chunk has the far sphere, and comes even where it is far away.
+    return missing[0].number === 0 && this.there.size > 0 ? 0 : -1;
   }
 
   // Returns whether there is room for a chunk, if those give theirs that are clearly farther.

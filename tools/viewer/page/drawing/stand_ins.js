@@ -11,7 +11,7 @@ const OF_ALL = -1;  // the number of the mesh of all chunks
 /** @param {number} number */
 const nameOf = (number) => `coarse ${number}`;
 
-// Of a coarse mesh: all of it is in one zone, to which no view refers.
+// Returns the tables of a coarse mesh: all of it is in one zone, which has no references.
 /** @type {() => Tables} */
 const tablesOfCoarse = () => ({
   zones: new Uint32Array(4), cells: Uint32Array.of(0, 0, 1), references: new Uint32Array(), resident: new Uint32Array(),

@@ -62,7 +62,7 @@ export class SurfacePiece {
     for (let attribute = 0; attribute < 4; ++attribute) gl.enableVertexAttribArray(attribute);
     this.buffer(gl.ELEMENT_ARRAY_BUFFER, mesh.corners);
     gl.bindVertexArray(null);
-    // How many corners there are for each of CELLS_OF_SHADER, and last of faces that are drawn a little behind.
+    // Numbers of corners: one for each of CELLS_OF_SHADER, the last of faces that are drawn a little behind.
     this.counts = [...mesh.counts, mesh.behind];
     this.shown = this.counts;  // how many of each are shown: the first ones
     this.size = [mesh.positions.length, mesh.corners.length];
