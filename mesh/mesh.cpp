@@ -92,6 +92,15 @@ void check(const Mesh& mesh) {
   check_finite(mesh.positions);
 }
 
+Bounds with(const Bounds& box, const glm::dvec3& point) {
+  if (box.empty()) return {point, point};
+  return {glm::min(box.min, point), glm::max(box.max, point)};
+}
+
+Bounds with(const Bounds& box, const Bounds& other) {
+  return other.empty() ? box : with(with(box, other.min), other.max);
+}
+
 Bounds bounds(const TriangleSoup& soup) {
   return bounds_of("soup", soup.positions, soup.faces);
 }

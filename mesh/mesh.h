@@ -38,6 +38,9 @@ struct Bounds {
   glm::dvec3 max{-1.0};
   [[nodiscard]] bool empty() const { return min.x > max.x; }
 };
+// Return the smallest box around a box and a point, or two boxes.
+[[nodiscard]] Bounds with(const Bounds& box, const glm::dvec3& point);
+[[nodiscard]] Bounds with(const Bounds& box, const Bounds& other);
 // Return the box of the positions that faces use. Throw std::invalid_argument for a face that refers to no vertex.
 [[nodiscard]] Bounds bounds(const TriangleSoup& soup);
 [[nodiscard]] Bounds bounds(const Mesh& mesh);

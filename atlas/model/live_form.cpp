@@ -63,7 +63,7 @@ class VersionWriter {
   FormVersion finish(const WrittenSurface& written) {
     json properties = view_list();
     const TileContent surface = put_surface(written);
-    version_.tileset = tileset_json(snapshot_, {surface, {}}, std::move(properties)).dump() + "\n";
+    version_.tileset = tileset_json({surface, {}}, std::move(properties)).dump() + "\n";
     return std::move(version_);
   }
 
@@ -102,7 +102,8 @@ class VersionWriter {
   [[nodiscard]] json view_list() {
     std::vector<std::uint8_t> shown;
     for (std::size_t slot = 0; slot < views_.size(); ++slot) shown.push_back(is_shown(slot) ? 1 : 0);
-    json properties = model_properties(snapshot_, {}, first_view_slot(snapshot_, shown));
+    const float before_far = depth_before_far(*snapshot_.surface);
+    json properties = model_properties(snapshot_, before_far, {}, first_view_slot(snapshot_, shown));
     json images = json::array(), views = json::array();
     const auto add = [&](const json& image) {
       version_.names.push_back(image["uri"]);
@@ -114,7 +115,7 @@ class VersionWriter {
         views.push_back(nullptr);
         continue;
       }
-      json view = view_properties(*snapshot_.views[slot], snapshot_.gains[slot], *snapshot_.surface);
+      json view = view_properties(*snapshot_.views[slot], snapshot_.gains[slot], before_far);
       view["image"] = add(views_[slot].photograph);
       view["mask"] = add(views_[slot].mask);
       view["thumbnail"] = add(views_[slot].thumbnail);
@@ -146,11 +147,13 @@ class VersionWriter {
   }
 
   TileContent put_surface(const WrittenSurface& written) {
+    const glm::dmat3 upright = gltf_from_scene(snapshot_);
+    const TileVolume volume = tile_volume(near_surface(*snapshot_.surface).mesh, {}, upright);
     GltfBuilder gltf(false);
     SurfaceForm form;
     form.apart = true;
     json properties = add_surface(gltf, snapshot_, written, tables(), form);
-    add_scene(gltf.document(), gltf_from_scene(snapshot_));
+    add_scene(gltf.document(), upright);
     set_lumigraph(gltf.document(), std::move(properties));
     std::vector<std::string> uris;
     for (const char* stem : {"mesh", "colors", "tables"}) {
@@ -160,7 +163,7 @@ class VersionWriter {
     gltf.finish(uris);
     const std::string text = gltf.document().dump();
     const std::span bytes(reinterpret_cast<const std::uint8_t*>(text.data()), text.size());
-    return {put_named("surface", ".gltf", "model/gltf+json", bytes), text.size(), 0, {}};
+    return {put_named("surface", ".gltf", "model/gltf+json", bytes), text.size(), 0, volume};
   }
 
   const Snapshot& snapshot_;

@@ -145,17 +145,10 @@ void add_tables(GltfBuilder& gltf, const Snapshot& snapshot, const WrittenSurfac
   if (!written.zone_cells.empty()) properties["zoneCells"] = add_whole_numbers(gltf, written.zone_cells);
 }
 
-// The box of the mesh as tiles have it, with z upwards: its centre, and half of its axes.
-json box_json(const Mesh& mesh, const glm::dvec3& origin, const glm::dmat3& file_from_scene) {
-  Bounds box;
-  for (const glm::vec3& position : mesh.positions) {
-    const glm::dvec3 p = file_from_scene * (glm::dvec3(position) + origin);
-    const glm::dvec3 in_tile(p.x, -p.z, p.y);
-    box.min = glm::min(box.min, in_tile);
-    box.max = glm::max(box.max, in_tile);
-  }
+// Returns a bounding volume of 3D Tiles: the middle of a box, and half of its axes.
+json volume_json(const Bounds& box) {
   const glm::dvec3 middle = 0.5 * (box.min + box.max), half = 0.5 * (box.max - box.min);
-  return {middle.x, middle.y, middle.z, half.x, 0, 0, 0, half.y, 0, 0, 0, half.z};
+  return {{"box", {middle.x, middle.y, middle.z, half.x, 0, 0, 0, half.y, 0, 0, 0, half.z}}};
 }
 
 json content_json(const TileContent& content) {
@@ -181,11 +174,33 @@ double error_below(const ModelTile& tile) {
   return error;
 }
 
+// Returns where the chunks of a tile lie.
+TileVolume volume_of(const ModelTile& tile) {
+  if (tile.children.empty()) return tile.content.volume;
+  TileVolume all;
+  for (const ModelTile& child : tile.children) {
+    const TileVolume one = volume_of(child);
+    all.in_scene = with(all.in_scene, one.in_scene);
+    all.in_tile = with(all.in_tile, one.in_tile);
+  }
+  return all;
+}
+
+// Returns the least x, y and z, then the largest.
+json corners_json(const Bounds& box) {
+  json corners = json::array();
+  for (const glm::dvec3& corner : {box.min, box.max}) {
+    for (int axis = 0; axis < 3; ++axis) corners.push_back(rounded(corner[axis]));
+  }
+  return corners;
+}
+
 // A tile below the root, with those below it.
 json tile_json(const ModelTile& tile) {
+  const TileVolume volume = volume_of(tile);
   json content = content_json(tile.content);
-  if (tile.children.empty()) content["extras"]["box"] = tile.content.volume["box"];
-  json result = {{"boundingVolume", tile.content.volume["boundingVolume"]},
+  if (tile.children.empty()) content["extras"]["box"] = corners_json(volume.in_scene);
+  json result = {{"boundingVolume", volume_json(volume.in_tile)},
                  {"geometricError", std::max(tile.content.geometric_error, error_below(tile))},
                  {"content", std::move(content)}};
   for (const ModelTile& child : tile.children) result["children"].push_back(tile_json(child));
@@ -218,7 +233,8 @@ ViewSlot first_view_slot(const Snapshot& snapshot, const std::vector<std::uint8_
   return ViewSlot(static_cast<std::uint32_t>(best));
 }
 
-json model_properties(const Snapshot& snapshot, const ValidityOptions& validity, std::uint32_t first_view) {
+json model_properties(const Snapshot& snapshot, float before_far, const ValidityOptions& validity,
+                      std::uint32_t first_view) {
   const TileOptions& tiles = snapshot.tiles.options;
   json properties = {{"version", kLumigraphVersion},
                      {"validity",
@@ -228,7 +244,7 @@ json model_properties(const Snapshot& snapshot, const ValidityOptions& validity,
                        {"edges", name_of(validity.edges)}}},
                      {"texels", std::string(name_of(tiles.texels))}};
   if (!snapshot.tiles.whole_views()) properties["tiles"] = {{"size", tiles.tile_px}, {"gutter", tiles.gutter_px}};
-  if (snapshot.surface->far_faces > 0) properties["depthBeforeFar"] = depth_before_far(*snapshot.surface);
+  if (std::isfinite(before_far)) properties["depthBeforeFar"] = before_far;
   const std::vector<Camera> cameras = cameras_of(snapshot);
   if (cameras.empty()) return properties;
   properties["up"] = json_of(upward(cameras));
@@ -236,7 +252,7 @@ json model_properties(const Snapshot& snapshot, const ValidityOptions& validity,
   return properties;
 }
 
-json view_properties(const StoredView& view, const glm::dvec3& gain, const Surface& surface) {
+json view_properties(const StoredView& view, const glm::dvec3& gain, float before_far) {
   const Camera& camera = view.camera;
   json rotation = json::array();
   for (int row = 0; row < 3; ++row) {
@@ -250,16 +266,16 @@ json view_properties(const StoredView& view, const glm::dvec3& gain, const Surfa
           {"rotation", std::move(rotation)},
           {"translation", json_of(camera.cam_from_world_translation)},
           {"gain", json_of(gain)},
-          {"depth", median_depth(view, depth_before_far(surface))}};
+          {"depth", median_depth(view, before_far)}};
 }
 
-json views_with_images(const Snapshot& snapshot, const std::vector<ModelImage>& images) {
+json views_with_images(const Snapshot& snapshot, float before_far, const std::vector<ModelImage>& images) {
   json views = json::array();
   for (std::size_t image = 0; image < images.size(); ++image) {
     const auto& [kind, slot, name, coding] = images[image];
     if (kind == ModelImageKind::poster) continue;
     if (kind == ModelImageKind::photograph) {
-      views.push_back(view_properties(*snapshot.views[slot], snapshot.gains[slot], *snapshot.surface));
+      views.push_back(view_properties(*snapshot.views[slot], snapshot.gains[slot], before_far));
     }
     views.back()[property_of(kind)] = image;
   }
@@ -345,25 +361,26 @@ void add_moved_scene(json& document, const glm::dmat3& file_from_scene, const gl
   document["scene"] = 0;
 }
 
-json tile_volume(const Mesh& mesh, const glm::dvec3& origin, const glm::dmat3& file_from_scene) {
-  const Bounds box = bounds(mesh);
-  json corners = json::array();
-  for (const glm::dvec3& corner : {box.min + origin, box.max + origin}) {
-    for (int axis = 0; axis < 3; ++axis) corners.push_back(rounded(corner[axis]));
+TileVolume tile_volume(const Mesh& mesh, const glm::dvec3& origin, const glm::dmat3& file_from_scene) {
+  TileVolume volume{bounds(mesh), {}};
+  if (volume.in_scene.empty()) return volume;
+  volume.in_scene = {volume.in_scene.min + origin, volume.in_scene.max + origin};
+  for (const glm::vec3& position : mesh.positions) {
+    const glm::dvec3 p = file_from_scene * (glm::dvec3(position) + origin);
+    volume.in_tile = with(volume.in_tile, glm::dvec3(p.x, -p.z, p.y));
   }
-  return {{"boundingVolume", {{"box", box_json(mesh, origin, file_from_scene)}}}, {"box", std::move(corners)}};
+  return volume;
 }
 
-json tileset_json(const Snapshot& snapshot, const ModelTile& root, json properties) {
-  const Mesh near = near_surface(*snapshot.surface).mesh;
-  const Bounds box = bounds(near);
-  const double extent = glm::length(box.max - box.min);
+json tileset_json(const ModelTile& root, json properties) {
+  const TileVolume volume = volume_of(root);
+  const bool is_empty = volume.in_scene.empty();  // a model of what is far alone
+  const double extent = is_empty ? 0 : glm::length(volume.in_scene.max - volume.in_scene.min);
   const bool has_content = !root.content.uri.empty();
   const double error = std::max({root.content.geometric_error, error_below(root), extent});
-  json tile = tile_volume(near, {}, gltf_from_scene(snapshot));
-  tile.erase("box");
-  tile["refine"] = "REPLACE";
-  tile["geometricError"] = 0;
+  json tile = {{"boundingVolume", volume_json(is_empty ? Bounds{{}, {}} : volume.in_tile)},
+               {"refine", "REPLACE"},
+               {"geometricError", 0}};
   if (!root.children.empty()) {
     tile["geometricError"] = has_content ? std::max(root.content.geometric_error, error_below(root)) : error;
   }

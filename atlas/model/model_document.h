@@ -21,15 +21,17 @@ namespace lumatlas {
 // of those that were held level. `shown`: which view slots count, one for each; at least one does.
 [[nodiscard]] ViewSlot first_view_slot(const Snapshot& snapshot, const std::vector<std::uint8_t>& shown);
 
-// The properties of the whole model, without its images, views and poster. `first_view`: the view's number.
-[[nodiscard]] nlohmann::json model_properties(const Snapshot& snapshot, const ValidityOptions& validity,
-                                              std::uint32_t first_view);
+// The properties of the whole model, without its images, views and poster. `before_far`: depth_before_far() of its
+// surface. `first_view`: the view's number.
+[[nodiscard]] nlohmann::json model_properties(const Snapshot& snapshot, float before_far,
+                                              const ValidityOptions& validity, std::uint32_t first_view);
 
 // The properties of a view, without its images.
-[[nodiscard]] nlohmann::json view_properties(const StoredView& view, const glm::dvec3& gain, const Surface& surface);
+[[nodiscard]] nlohmann::json view_properties(const StoredView& view, const glm::dvec3& gain, float before_far);
 
 // The views' properties with the numbers of their images. `images` are those of images_of(), in the file's order.
-[[nodiscard]] nlohmann::json views_with_images(const Snapshot& snapshot, const std::vector<ModelImage>& images);
+[[nodiscard]] nlohmann::json views_with_images(const Snapshot& snapshot, float before_far,
+                                               const std::vector<ModelImage>& images);
 
 // The part of a surface's file that is about views, which it names by their numbers.
 struct ViewTables {
@@ -66,17 +68,22 @@ void add_moved_scene(nlohmann::json& document, const glm::dmat3& file_from_scene
 // Lists the extension with these properties in a document.
 void set_lumigraph(nlohmann::json& document, nlohmann::json properties);
 
+// Where a surface lies.
+struct TileVolume {
+  Bounds in_scene;  // in the model's frame
+  Bounds in_tile;   // as 3D Tiles have it, z upwards
+};
+
 // A file that a tileset names.
 struct TileContent {
   std::string uri;
   std::uint64_t bytes = 0;
   double geometric_error = 0;  // of 3D Tiles, scene units
-  nlohmann::json volume;       // of all but the root: tile_volume()
+  TileVolume volume;           // of a chunk
 };
 
-// Returns where the mesh lies whose positions are less `origin`: the bounding volume of 3D Tiles as "boundingVolume",
-// and its box in the model's frame as "box": the least x, y and z, then the largest.
-[[nodiscard]] nlohmann::json tile_volume(const Mesh& mesh, const glm::dvec3& origin, const glm::dmat3& file_from_scene);
+// Returns where the mesh lies whose positions are less `origin`.
+[[nodiscard]] TileVolume tile_volume(const Mesh& mesh, const glm::dvec3& origin, const glm::dmat3& file_from_scene);
 
 // A tile of a tileset: a chunk, or a coarse surface that stands in for its children until they are there.
 struct ModelTile {
@@ -85,6 +92,6 @@ struct ModelTile {
 };
 
 // The tileset with that root, which has content or children.
-[[nodiscard]] nlohmann::json tileset_json(const Snapshot& snapshot, const ModelTile& root, nlohmann::json properties);
+[[nodiscard]] nlohmann::json tileset_json(const ModelTile& root, nlohmann::json properties);
 
 }  // namespace lumatlas

@@ -28,6 +28,9 @@ namespace lumatlas {
 // InputError if a file cannot be written, and what write_form() throws.
 void write_model(const std::filesystem::path& folder, const Snapshot& given, const ValidityOptions& validity,
                  const FormOptions& options = {});
+// Writes a model whose surface comes in pieces.
+void write_model(const std::filesystem::path& folder, const PiecewiseModel& given, const ValidityOptions& validity,
+                 const FormOptions& options = {});
 
 // Writes the same model as one .glb, never packed. `notes`, the text of a JSON object or empty, says how the model was
 // made: it becomes the asset's "extras". The caller checks whether the stream has failed. Throws InputError for a model

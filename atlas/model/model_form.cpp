@@ -13,7 +13,8 @@
 #include "atlas/model/gltf/gltf_cameras.h"
 #include "atlas/model/model_document.h"
 #include "atlas/model/model_parts.h"
-#include "atlas/model/surface/surface_chunks.h"
+#include "atlas/model/surface/chunk_source.h"
+#include "atlas/model/surface/coarse_surface.h"
 #include "atlas/model/surface/tile_tree.h"
 
 namespace lumatlas {
@@ -66,99 +67,119 @@ std::vector<std::uint32_t> runs_of(const std::vector<std::uint32_t>& numbers) {
   return runs;
 }
 
-// Writes the chunks of a surface.
+// Writes the chunks of a surface, and the coarse surfaces that stand in for them.
 class SurfaceWriter {
  public:
-  SurfaceWriter(const ModelParts& model, const FormOptions& options, const PutFormFile& put)
-      : snapshot_(model.snapshot),
-        options_(options),
+  SurfaceWriter(const ModelParts& model, const FormOptions& options, const PutFormFile& put, ChunkSource& source)
+      : options_(options),
         put_(put),
-        step_(packed_step(model.snapshot, options)),
-        cell_size_(written_cell_size(*model.snapshot.surface)),
-        maker_(model.snapshot, options.shares, options.texture ? &options.texture->faces : nullptr, options.chunk_faces,
-               step_) {}
+        source_(source),
+        several_(source.count() > 1),
+        step_(packed_step(model, options)),
+        cell_size_(model.cell_size),
+        upright_(gltf_from_scene(model.snapshot)) {}
 
   // Returns the root of the tileset.
   ModelTile write() {
-    if (options_.texture) put_texture(*options_.texture);
-    ModelTile root = tile_of(tile_tree(maker_.count()));
-    if (options_.coarse_faces == 0) return root;
-    const TileContent coarse = put_coarse(coarse_surface_of(snapshot_, options_.coarse_faces), FormPart::coarse);
-    if (coarse.uri.empty()) return root;
-    if (!root.children.empty()) {
-      root.content = coarse;
-      return root;
+    if (options_.texture) texture_ = put_texture(*options_.texture);
+    WrittenTile root = tile_of(tile_tree(source_.count()));
+    if (!needs_coarse_surface(root.faces, options_.coarse_faces)) return std::move(root.tile);
+    const TileContent coarse = put_coarse(root, FormPart::coarse);
+    if (several_) {
+      root.tile.content = coarse;
+      return std::move(root.tile);
     }
-    return {coarse, {std::move(root)}};
+    return {coarse, {std::move(root.tile)}};
   }
 
  private:
-  // Returns a tile without content of its own, which its chunks have.
-  [[nodiscard]] ModelTile tile_of(const TileRange& range) const {
-    if (range.children.empty()) return {put_chunk(range.first), {}};
+  struct WrittenTile {
     ModelTile tile;
+    std::size_t faces = 0;  // of its chunks
+    Mesh mesh;              // the chunks' surface, or what stands in for it
+    double error = 0;       // by which that is off, scene units
+  };
+
+  // Returns a tile without content of its own, which its chunks have.
+  [[nodiscard]] WrittenTile tile_of(const TileRange& range) {
+    if (range.children.empty()) return chunk_tile(range.first);
+    WrittenTile tile;
     for (const TileRange& child : range.children) add_child(tile, child);
     return tile;
   }
 
   // Adds a tile below one; where it needs no coarse surface, the tiles below it.
-  void add_child(ModelTile& parent, const TileRange& range) const {
-    ModelTile tile = tile_of(range);
-    if (!range.children.empty()) {
-      const Mesh part = maker_.part(range.first, range.count);
-      if (options_.coarse_faces > 0) {
-        tile.content = put_coarse(coarse_surface(part, part.colors, options_.coarse_faces), FormPart::surface);
-      }
-      if (tile.content.uri.empty()) {
-        std::move(tile.children.begin(), tile.children.end(), std::back_inserter(parent.children));
-        return;
-      }
-      tile.content.volume = tile_volume(part, {}, gltf_from_scene(snapshot_));
+  void add_child(WrittenTile& parent, const TileRange& range) {
+    WrittenTile child = tile_of(range);
+    const bool is_chunk = range.children.empty();
+    std::vector<ModelTile>& children = parent.tile.children;
+    if (!is_chunk && needs_coarse_surface(child.faces, options_.coarse_faces)) {
+      child.tile.content = put_coarse(child, FormPart::surface);
+      children.push_back(std::move(child.tile));
+    } else if (is_chunk) {
+      children.push_back(std::move(child.tile));
+    } else {
+      std::move(child.tile.children.begin(), child.tile.children.end(), std::back_inserter(children));
     }
-    parent.children.push_back(std::move(tile));
+    parent.faces += child.faces;
+    parent.error = std::max(parent.error, child.error);
+    if (options_.coarse_faces > 0) append(child.mesh, parent.mesh);
   }
 
-  // Returns what has no URI for a surface without faces.
-  [[nodiscard]] TileContent put_coarse(const CoarseSurface& coarse, FormPart part) const {
-    if (coarse.mesh.faces.empty()) return {};
+  static void append(const Mesh& from, Mesh& to) {
+    const auto first = static_cast<std::uint32_t>(to.positions.size());
+    to.positions.insert(to.positions.end(), from.positions.begin(), from.positions.end());
+    to.colors.insert(to.colors.end(), from.colors.begin(), from.colors.end());
+    for (const glm::uvec3& face : from.faces) to.faces.push_back(face + first);
+  }
+
+  // Writes the coarse surface of a tile, and puts it in the place of the tile's mesh.
+  [[nodiscard]] TileContent put_coarse(WrittenTile& tile, FormPart part) const {
+    CoarseSurface coarse = coarse_surface(tile.mesh, options_.coarse_faces);
+    coarse.error += tile.error;
     GltfBuilder gltf(options_.packed);
     add_coarse_surface(gltf, coarse, step_);
-    add_scene(gltf.document(), gltf_from_scene(snapshot_));
+    add_scene(gltf.document(), upright_);
     TileContent content = put_glb(gltf, "coarse", part, put_);
     content.geometric_error = geometric_error(coarse);
+    tile.mesh = std::move(coarse.mesh);
+    tile.error = coarse.error;
     return content;
   }
 
-  void put_texture(const BaseTexture& texture) {
+  [[nodiscard]] std::string put_texture(const BaseTexture& texture) const {
     const std::vector<std::uint8_t> file = encode_image(texture.image, texture.coding);
     const auto [stem, ending] = texture_name(texture.coding);
-    texture_ = put_({stem, ending, mime_type(texture.coding.format), FormPart::texture, file});
+    return put_({stem, ending, mime_type(texture.coding.format), FormPart::texture, file});
   }
 
-  [[nodiscard]] TileContent put_chunk(std::size_t number) const {
-    const SurfaceChunk chunk = maker_.chunk(number);
+  [[nodiscard]] WrittenTile chunk_tile(std::size_t number) {
+    const SurfaceChunk chunk = source_.chunk(number);
     const Surface& surface = *chunk.snapshot.surface;
     GltfBuilder gltf(options_.packed);
     SurfaceForm form;
     form.packed = options_.packed;
-    if (options_.texture) form.texture = gltf.add_image_file(texture_);
-    const WrittenSurface written = written_surface(surface, chunk.shares ? &*chunk.shares : nullptr,
-                                                   chunk.places ? &*chunk.places : nullptr, step_);
+    const std::string texture = chunk.texture ? put_texture(*chunk.texture) : texture_;
+    if (!texture.empty()) form.texture = gltf.add_image_file(texture);
+    const TexturePlaces* const places = chunk.texture ? &chunk.texture->faces : chunk.places ? &*chunk.places : nullptr;
+    const WrittenSurface written = written_surface(surface, chunk.shares ? &*chunk.shares : nullptr, places, step_);
     ViewTables tables = view_tables(chunk.snapshot);
     if (number > 0) tables.resident.clear();  // those of the whole model are in the first
     json properties = add_surface(gltf, chunk.snapshot, written, tables, form);
     properties["cellSize"] = cell_size_;
-    const glm::dmat3 upright = gltf_from_scene(snapshot_);
-    if (maker_.count() > 1) {
+    if (several_) {
       add_place(gltf, chunk, properties);
-      add_moved_scene(gltf.document(), upright, chunk.origin);
+      add_moved_scene(gltf.document(), upright_, chunk.origin);
     } else {
-      add_scene(gltf.document(), upright);
+      add_scene(gltf.document(), upright_);
     }
     set_lumigraph(gltf.document(), std::move(properties));
-    TileContent content = put_glb(gltf, "surface", FormPart::surface, put_);
-    content.volume = tile_volume(near_surface(surface).mesh, chunk.origin, upright);
-    return content;
+    WrittenTile tile;
+    tile.tile.content = put_glb(gltf, "surface", FormPart::surface, put_);
+    tile.tile.content.volume = tile_volume(near_surface(surface).mesh, chunk.origin, upright_);
+    tile.faces = surface.near_faces();
+    if (options_.coarse_faces > 0) tile.mesh = placed_mesh(chunk);
+    return tile;
   }
 
   // Adds where the chunk's positions and numbers are in the model. Without numbers its cells, vertices and faces follow
@@ -167,19 +188,20 @@ class SurfaceWriter {
     const glm::dvec3& origin = chunk.origin;
     properties["origin"] = {origin.x, origin.y, origin.z};
     if (chunk.guest_cells > 0) properties["guestCells"] = chunk.guest_cells;
-    if (options_.packed) return;
+    if (options_.packed || chunk.cells.empty()) return;
     properties["cellRuns"] = add_whole_numbers(gltf, runs_of(chunk.cells));
     properties["vertexRuns"] = add_whole_numbers(gltf, runs_of(chunk.vertices));
     properties["faceRuns"] = add_whole_numbers(gltf, runs_of(chunk.faces));
   }
 
-  const Snapshot& snapshot_;
   const FormOptions& options_;
   const PutFormFile& put_;
+  ChunkSource& source_;
+  bool several_;
   std::optional<double> step_;  // of packed positions
   double cell_size_;
-  std::string texture_;  // its name
-  ChunkMaker maker_;
+  glm::dmat3 upright_;
+  std::string texture_;  // name of the model's; empty: it has none
 };
 
 json put_images(const ModelParts& model, const PutFormFile& put, const Tick& tick) {
@@ -195,17 +217,28 @@ json put_images(const ModelParts& model, const PutFormFile& put, const Tick& tic
   return images;
 }
 
+// Writes the images of a model, then its surface, and returns the text of the tileset.
+std::string write_parts(ModelParts model, ChunkSource& source, const FormOptions& options, const PutFormFile& put,
+                        const Tick& tick) {
+  json images = put_images(model, put, tick);
+  if (!images.empty()) model.properties["images"] = std::move(images);
+  const ModelTile root = SurfaceWriter(model, options, put, source).write();
+  if (tick) tick();
+  return tileset_json(root, std::move(model.properties)).dump(options.packed ? -1 : 1) + "\n";
+}
+
 }  // namespace
 
 std::string write_form(const Snapshot& snapshot, const ValidityOptions& validity, const FormOptions& options,
                        const PutFormFile& put, const Tick& tick) {
   const ModelParts model = model_parts(snapshot, validity, options);
-  json properties = model.properties;
-  json images = put_images(model, put, tick);
-  if (!images.empty()) properties["images"] = std::move(images);
-  const ModelTile root = SurfaceWriter(model, options, put).write();
-  if (tick) tick();
-  return tileset_json(model.snapshot, root, std::move(properties)).dump(options.packed ? -1 : 1) + "\n";
+  return write_parts(model, *whole_surface(model, options), options, put, tick);
+}
+
+std::string write_form(const PiecewiseModel& given, const ValidityOptions& validity, const FormOptions& options,
+                       const PutFormFile& put, const Tick& tick) {
+  const ModelParts model = model_parts(given, validity, options);
+  return write_parts(model, *surface_in_pieces(model, given.surface, options), options, put, tick);
 }
 
 }  // namespace lumatlas

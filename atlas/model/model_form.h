@@ -11,6 +11,7 @@
 #include "atlas/base_texture.h"
 #include "atlas/fade_zones.h"
 #include "atlas/images/photograph.h"
+#include "atlas/model/piecewise_model.h"
 #include "atlas/snapshot.h"
 #include "atlas/views/validity.h"
 #include "mesh/tick.h"
@@ -51,6 +52,10 @@ struct FormOptions {
 // and for the surface, also from several threads. Throws std::invalid_argument unless snapshot, options and texture
 // pass check(), InputError for a model that has more than 2^24 cells, or an offset or a camera too far from the scene.
 [[nodiscard]] std::string write_form(const Snapshot& snapshot, const ValidityOptions& validity,
+                                     const FormOptions& options, const PutFormFile& put, const Tick& tick = {});
+// Does the same with a model whose surface comes in pieces, and holds one of them at a time. The pieces say which
+// chunks, textures and shares there are, instead of the options.
+[[nodiscard]] std::string write_form(const PiecewiseModel& given, const ValidityOptions& validity,
                                      const FormOptions& options, const PutFormFile& put, const Tick& tick = {});
 
 }  // namespace lumatlas

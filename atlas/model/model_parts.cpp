@@ -19,8 +19,7 @@ namespace lumatlas {
 namespace {
 
 // Refuses what read_model() would refuse, of a snapshot that passes check().
-void require_readable(const Snapshot& snapshot) {
-  const glm::dvec3& offset = snapshot.surface->offset;
+void require_readable(const Snapshot& snapshot, const glm::dvec3& offset) {
   for (int axis = 0; axis < 3; ++axis) {
     if (std::abs(offset[axis]) <= kMostOffset) continue;
     throw InputError("the surface's offset[" + std::to_string(axis) + "] is " + number_text(offset[axis]) +
@@ -35,17 +34,35 @@ void require_readable(const Snapshot& snapshot) {
   }
 }
 
+void require_cells_fit(std::size_t cells) {
+  if (cells <= kMostCells) return;
+  throw InputError("the model has " + std::to_string(cells) + " cells, a model file holds " +
+                   std::to_string(kMostCells) + ": give a larger --cell-size");
+}
+
 // Leaves out views without a resident tile, which show nothing.
 Snapshot checked(const Snapshot& snapshot) {
-  if (snapshot.cell_seen.size() > kMostCells) {
-    throw InputError("the model has " + std::to_string(snapshot.cell_seen.size()) + " cells, a model file holds " +
-                     std::to_string(kMostCells) + ": give a larger --cell-size");
-  }
+  require_cells_fit(snapshot.cell_seen.size());
   check(snapshot);
   Snapshot shown = snapshot;  // the photographs are shared
   leave_out_views_without_tiles(shown);
-  require_readable(shown);
+  require_readable(shown, shown.surface->offset);
   return shown;
+}
+
+// Fills in the images and properties of the views.
+void add_views(const ValidityOptions& validity, const FormOptions& options, ModelParts& parts) {
+  const Snapshot& snapshot = parts.snapshot;
+  std::vector<std::uint8_t> shown;
+  for (const auto& view : snapshot.views) shown.push_back(view ? 1 : 0);
+  const std::size_t views = static_cast<std::size_t>(std::count(shown.begin(), shown.end(), 1));
+  const ViewSlot first = views > 0 ? first_view_slot(snapshot, shown) : ViewSlot(0);
+  parts.images = images_of(snapshot, options.photographs, first, options.packed);
+  const auto number = static_cast<std::uint32_t>(std::count(shown.begin(), shown.begin() + first, 1));
+  parts.properties = model_properties(snapshot, parts.before_far, validity, number);
+  if (views == 0) return;  // glTF has no empty arrays
+  parts.properties["views"] = views_with_images(snapshot, parts.before_far, parts.images);
+  parts.properties["poster"] = parts.images.size() - 1;
 }
 
 }  // namespace
@@ -54,39 +71,48 @@ ModelParts model_parts(const Snapshot& given, const ValidityOptions& validity, c
   check(validity);
   check(options.photographs);
   if (options.chunk_faces < 1) throw std::invalid_argument("form: chunk_faces is 0, must be at least 1");
-  ModelParts parts{checked(given), {}, {}};
-  const Snapshot& snapshot = parts.snapshot;
-  const Surface& surface = *snapshot.surface;
+  ModelParts parts;
+  parts.snapshot = checked(given);
+  const Surface& surface = *parts.snapshot.surface;
   if (options.texture) check(*options.texture, surface.near_faces());
   if (options.shares) check(*options.shares, surface.mesh.faces.size(), surface.cells.cells.size());
-  std::vector<std::uint8_t> shown;
-  for (const auto& view : snapshot.views) shown.push_back(view ? 1 : 0);
-  const std::size_t views = static_cast<std::size_t>(std::count(shown.begin(), shown.end(), 1));
-  const ViewSlot first = views > 0 ? first_view_slot(snapshot, shown) : ViewSlot(0);
-  parts.images = images_of(snapshot, options.photographs, first, options.packed);
-  const auto number = static_cast<std::uint32_t>(std::count(shown.begin(), shown.begin() + first, 1));
-  parts.properties = model_properties(snapshot, validity, number);
-  if (views == 0) return parts;  // glTF has no empty arrays
-  parts.properties["views"] = views_with_images(snapshot, parts.images);
-  parts.properties["poster"] = parts.images.size() - 1;
+  parts.cell_size = written_cell_size(surface);
+  parts.before_far = depth_before_far(surface);
+  add_views(validity, options, parts);
   return parts;
 }
 
-std::optional<double> packed_step(const Snapshot& snapshot, const FormOptions& options) {
+ModelParts model_parts(const PiecewiseModel& given, const ValidityOptions& validity, const FormOptions& options) {
+  check(validity);
+  check(options.photographs);
+  if (given.surface.chunks < 1) throw std::invalid_argument("pieces: have no chunk, must have at least one");
+  ModelParts parts;
+  parts.snapshot = given.whole;
+  require_cells_fit(parts.snapshot.references.offsets.size() - 1);
+  check_gains(parts.snapshot);
+  for (ViewSlot slot{0}; slot < parts.snapshot.views.size(); ++slot) {
+    if (!parts.snapshot.views[slot]) continue;
+    check(*parts.snapshot.views[slot]);
+    if (parts.snapshot.tiles.whole_views() || parts.snapshot.tiles.has_resident_tile(slot)) continue;
+    throw std::invalid_argument("pieces: view " + std::to_string(slot) + " has no resident tile");
+  }
+  require_readable(parts.snapshot, given.surface.offset);
+  parts.cell_size = given.surface.cell_size;
+  parts.before_far = given.surface.before_far;
+  add_views(validity, options, parts);
+  return parts;
+}
+
+std::optional<double> packed_step(const ModelParts& model, const FormOptions& options) {
   constexpr double kStepsPerPixel = 16, kStepsPerCell = 100;
   if (!options.packed) return std::nullopt;
-  double step = snapshot.surface->cells.size / kStepsPerCell;
-  for (const auto& view : snapshot.views) {
+  double step = model.cell_size / kStepsPerCell;
+  for (const auto& view : model.snapshot.views) {
     if (!view) continue;
-    const double depth = median_depth(*view, depth_before_far(*snapshot.surface));
+    const double depth = median_depth(*view, model.before_far);
     if (depth > 0) step = std::min(step, depth / (std::max(view->camera.fx, view->camera.fy) * kStepsPerPixel));
   }
   return step;
-}
-
-CoarseSurface coarse_surface_of(const Snapshot& snapshot, std::size_t faces) {
-  const Mesh mesh = near_surface(*snapshot.surface).mesh;
-  return coarse_surface(mesh, std::span(snapshot.vertex_colors.get()).first(mesh.positions.size()), faces);
 }
 
 }  // namespace lumatlas

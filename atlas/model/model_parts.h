@@ -8,25 +8,25 @@
 
 #include "atlas/model/model_form.h"
 #include "atlas/model/model_images.h"
-#include "atlas/model/surface/coarse_surface.h"
 
 namespace lumatlas {
 
 struct ModelParts {
-  Snapshot snapshot;               // without views that have no resident tile
+  Snapshot snapshot;               // without views that have no resident tile; of one in pieces without surface
   std::vector<ModelImage> images;  // in the file's order
   nlohmann::json properties;       // the whole model's, with its views, whose images are numbers in `images`
+  double cell_size = 0;            // as files have it
+  float before_far = 0;            // depth_before_far() of the surface
 };
 
 // Throws what write_form() throws.
 [[nodiscard]] ModelParts model_parts(const Snapshot& given, const ValidityOptions& validity,
                                      const FormOptions& options);
+[[nodiscard]] ModelParts model_parts(const PiecewiseModel& given, const ValidityOptions& validity,
+                                     const FormOptions& options);
 
 // Returns the width of the grid of a packed surface's positions: a 16th of what a pixel of a stored photograph covers
 // at its view's median depth, the least over the views, but no more than a hundredth of a cell. None unless packed.
-[[nodiscard]] std::optional<double> packed_step(const Snapshot& snapshot, const FormOptions& options);
-
-// Returns the near surface in about `faces` faces; see coarse_surface().
-[[nodiscard]] CoarseSurface coarse_surface_of(const Snapshot& snapshot, std::size_t faces);
+[[nodiscard]] std::optional<double> packed_step(const ModelParts& model, const FormOptions& options);
 
 }  // namespace lumatlas

@@ -22,6 +22,7 @@
 #include "atlas/model/model_file.h"
 #include "atlas/model/model_images.h"
 #include "atlas/model/model_parts.h"
+#include "atlas/model/surface/coarse_surface.h"
 #include "mesh/base/errors.h"
 #include "mesh/base/temporary_entry.h"
 
@@ -207,14 +208,17 @@ nlohmann::json add_surfaces(GltfBuilder& gltf, const ModelParts& model, const Fo
   const WrittenSurface written = written_surface(*model.snapshot.surface, options.shares,
                                                  options.texture ? &options.texture->faces : nullptr, std::nullopt);
   nlohmann::json properties = add_surface(gltf, model.snapshot, written, view_tables(model.snapshot), form);
-  const CoarseSurface coarse = coarse_surface_of(model.snapshot, FormOptions{}.coarse_faces);
-  if (!coarse.mesh.faces.empty()) properties["coarse"] = add_coarse_surface(gltf, coarse, std::nullopt);
+  if (needs_coarse_surface(model.snapshot.surface->near_faces(), FormOptions{}.coarse_faces)) {
+    Mesh near = near_surface(*model.snapshot.surface).mesh;
+    const std::vector<glm::u8vec3>& colors = model.snapshot.vertex_colors.get();
+    near.colors.assign(colors.begin(), colors.begin() + static_cast<std::ptrdiff_t>(near.positions.size()));
+    properties["coarse"] = add_coarse_surface(gltf, coarse_surface(near, FormOptions{}.coarse_faces), std::nullopt);
+  }
   return properties;
 }
 
-}  // namespace
-
-void write_model(const std::filesystem::path& folder, const Snapshot& given, const ValidityOptions& validity,
+template <typename Given>
+void write_files(const std::filesystem::path& folder, const Given& given, const ValidityOptions& validity,
                  const FormOptions& options) {
   check(validity);
   check(options.photographs);
@@ -229,6 +233,18 @@ void write_model(const std::filesystem::path& folder, const Snapshot& given, con
   // Until the disk has the new tileset.json, a crash may bring the earlier one back, which needs its files.
   if (!sync_to_disk(folder)) return;
   remove_unused(folder, std::move(earlier), {files.names().begin(), files.names().end()});
+}
+
+}  // namespace
+
+void write_model(const std::filesystem::path& folder, const Snapshot& given, const ValidityOptions& validity,
+                 const FormOptions& options) {
+  write_files(folder, given, validity, options);
+}
+
+void write_model(const std::filesystem::path& folder, const PiecewiseModel& given, const ValidityOptions& validity,
+                 const FormOptions& options) {
+  write_files(folder, given, validity, options);
 }
 
 void write_glb(std::ostream& file, const Snapshot& given, const ValidityOptions& validity, const FormOptions& options,

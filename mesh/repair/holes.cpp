@@ -50,10 +50,6 @@ std::uint64_t edge_key(std::uint32_t a, std::uint32_t b) {
   return std::uint64_t{std::max(a, b)} << 32 | std::min(a, b);
 }
 
-Bounds with(const Bounds& box, const glm::dvec3& point) {
-  return box.empty() ? Bounds{point, point} : Bounds{glm::min(box.min, point), glm::max(box.max, point)};
-}
-
 double diagonal(const Bounds& box) {
   return box.empty() ? 0 : glm::length(box.max - box.min);
 }

@@ -107,9 +107,7 @@ Bounds box_of(const Mesh& mesh, std::size_t first_face, std::size_t faces) {
   Bounds box;
   for (const glm::uvec3& face : std::span(mesh.faces).subspan(first_face, faces)) {
     for (int corner = 0; corner < 3; ++corner) {
-      const glm::dvec3 position(mesh.positions[face[corner]]);
-      box.min = glm::min(box.min, position);
-      box.max = glm::max(box.max, position);
+      box = with(box, glm::dvec3(mesh.positions[face[corner]]));
     }
   }
   return box;

@@ -18,6 +18,7 @@
 #include "tools/base/elapsed.h"
 #include "tools/base/output_folder.h"
 #include "tools/base/strict_json.h"
+#include "tools/city/city_surface.h"
 #include "tools/pipeline/output/model_output.h"
 #include "tools/pipeline/planned_views.h"
 
@@ -80,7 +81,7 @@ void drop_references_of_others(const CityBlock& block, Atlas& atlas) {
 
 // Returns the surface that the job plans views on.
 Surface surface_of_job(const fs::path& folder, const CityBlock& block) {
-  ChunkedSurface around = read_chunks(surface_folder(folder), block.chunks);
+  ChunkedSurface around = CitySurface(folder).read(block.chunks);
   if (!block.far) return std::move(around.surface);
   Surface& near = around.surface;
   near.cells = measure_cells(near.mesh, std::vector<CellId>(near.mesh.faces.size(), CellId(0)), near.cells.size);

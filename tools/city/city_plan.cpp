@@ -7,7 +7,6 @@
 #include <stdexcept>
 #include <utility>
 
-#include "atlas/model/model_form.h"
 #include "mesh/base/errors.h"
 #include "tools/base/output_folder.h"
 #include "tools/base/strict_json.h"
@@ -21,7 +20,7 @@ namespace fs = std::filesystem;
 using nlohmann::json;
 
 constexpr std::size_t kMost = std::size_t{1} << 31;
-constexpr int kPlanVersion = 1;
+constexpr int kPlanVersion = 2;
 constexpr std::array kPartsOfPlan{kPlanName, "surface", "blocks", "logs", "stereo", "Snakefile"};
 
 json numbers_json(const glm::dvec3& v) {
@@ -54,6 +53,13 @@ json block_json(const CityBlock& block) {
           {"chunks", block.chunks}, {"own_chunks", block.own_chunks}, {"views", block.views}};
 }
 
+json chunk_json(const CityChunk& chunk) {
+  const Bounds& box = chunk.box;
+  return {{"cells", chunk.size.cells},
+          {"faces", chunk.size.faces},
+          {"box", {box.min.x, box.min.y, box.min.z, box.max.x, box.max.y, box.max.z}}};
+}
+
 std::vector<double> numbers(const JsonPlace& place, std::size_t count) {
   std::vector<double> values;
   for (const JsonPlace& element : place.elements()) values.push_back(element.number());
@@ -65,7 +71,10 @@ std::vector<double> numbers(const JsonPlace& place, std::size_t count) {
 
 std::vector<std::size_t> indices(const JsonPlace& place, std::size_t end) {
   std::vector<std::size_t> values;
-  for (const JsonPlace& element : place.elements()) values.push_back(element.count(0, end - 1));
+  for (const JsonPlace& element : place.elements()) {
+    if (end == 0) element.refuse("is a number of a list that is empty");
+    values.push_back(element.count(0, end - 1));
+  }
   return values;
 }
 
@@ -111,15 +120,47 @@ CityView view_of(const JsonPlace& place) {
   return view;
 }
 
-CityBlock block_of(const JsonPlace& place, std::size_t views) {
+CityChunk chunk_of(const JsonPlace& place) {
+  place.expect_keys({"cells", "faces", "box"}, {});
+  CityChunk chunk;
+  chunk.size = {place.at("cells").count(1, kMost), place.at("faces").count(1, kMost)};
+  const std::vector<double> box = numbers(place.at("box"), 6);
+  chunk.box = {{box[0], box[1], box[2]}, {box[3], box[4], box[5]}};
+  return chunk;
+}
+
+CityBlock block_of(const JsonPlace& place, std::size_t chunks, std::size_t views) {
   place.expect_keys({"far", "cells", "faces", "chunks", "own_chunks", "views"}, {});
   CityBlock block;
   block.far = place.at("far").boolean();
   block.size = {place.at("cells").count(1, kMost), place.at("faces").count(1, kMost)};
-  block.chunks = indices(place.at("chunks"), kMost);
+  block.chunks = indices(place.at("chunks"), chunks);
   block.own_chunks = place.at("own_chunks").count(block.far ? 0 : 1, block.chunks.size());
   block.views = indices(place.at("views"), views);
   return block;
+}
+
+// Refuses blocks whose own chunks are not all chunks, one after the other.
+void require_each_chunk_once(const JsonPlace& place, const CityPlan& plan) {
+  std::size_t next = 0;
+  for (std::size_t number = 0; number < plan.blocks.size(); ++number) {
+    const CityBlock& block = plan.blocks[number];
+    ChunkCounts size;
+    for (std::size_t i = 0; i < block.own_chunks; ++i, ++next) {
+      if (block.chunks[i] != next) {
+        place.refuse("block " + std::to_string(number) + " has chunk " + std::to_string(block.chunks[i]) +
+                     " of its own, must have " + std::to_string(next));
+      }
+      size.cells += plan.chunks[next].size.cells;
+      size.faces += plan.chunks[next].size.faces;
+    }
+    if (block.far || (size.cells == block.size.cells && size.faces == block.size.faces)) continue;
+    place.refuse("block " + std::to_string(number) + " has " + std::to_string(block.size.faces) +
+                 " faces, its own chunks have " + std::to_string(size.faces));
+  }
+  if (next != plan.chunks.size()) {
+    place.refuse("of " + std::to_string(plan.chunks.size()) + " chunks " + std::to_string(next) + " are a block's own");
+  }
 }
 
 json path_json(const std::optional<fs::path>& path) {
@@ -200,19 +241,21 @@ fs::path block_log(const fs::path& plan, std::size_t block) {
 
 bool is_city_plan(const fs::path& folder) {
   std::error_code ignored;
-  return fs::is_regular_file(folder / kPlanName, ignored) &&
-         fs::is_regular_file(surface_folder(folder) / kTilesetName, ignored);
+  return fs::is_regular_file(folder / kPlanName, ignored) && fs::is_directory(surface_folder(folder), ignored);
 }
 
 void write_city_plan(const fs::path& folder, const CityPlan& plan) {
-  json views = json::array(), blocks = json::array();
+  json views = json::array(), chunks = json::array(), blocks = json::array();
   for (const CityView& view : plan.views) views.push_back(view_json(view));
+  for (const CityChunk& chunk : plan.chunks) chunks.push_back(chunk_json(chunk));
   for (const CityBlock& block : plan.blocks) blocks.push_back(block_json(block));
   write_json(folder / kPlanName, {{"lumatlas_city", kPlanVersion},
                                   {"scene", plan.scene.string()},
                                   {"build", build_json(plan.build)},
                                   {"usual_distance", plan.usual_distance},
                                   {"views", std::move(views)},
+                                  {"cell_size", plan.cell_size},
+                                  {"chunks", std::move(chunks)},
                                   {"blocks", std::move(blocks)},
                                   {"left_out", plan.left_out},
                                   {"hold_out", hold_out_json(plan.hold_out)},
@@ -228,21 +271,25 @@ CityPlan read_city_plan(const fs::path& folder) {
   const fs::path file = folder / kPlanName;
   const json document = read_json(file);
   const JsonPlace place(file.string(), "", document);
-  place.expect_keys({"lumatlas_city", "scene", "build", "usual_distance", "views", "blocks", "left_out", "hold_out",
-                     "warnings", "stamp"},
-                    {});
-  if (place.at("lumatlas_city").count(0, kMost) != kPlanVersion) {
+  if (!document.contains("lumatlas_city") || place.at("lumatlas_city").count(0, kMost) != kPlanVersion) {
     place.refuse("is a plan of another lumatlas, make it again");
   }
+  place.expect_keys({"lumatlas_city", "scene", "build", "usual_distance", "views", "cell_size", "chunks", "blocks",
+                     "left_out", "hold_out", "warnings", "stamp"},
+                    {});
   CityPlan plan;
   plan.scene = place.at("scene").text();
   plan.build = build_of(place.at("build"));
   plan.usual_distance = place.at("usual_distance").number();
   if (!(plan.usual_distance > 0)) place.at("usual_distance").refuse("must be above 0");
   for (const JsonPlace& view : place.at("views").elements()) plan.views.push_back(view_of(view));
+  plan.cell_size = place.at("cell_size").number();
+  if (!(plan.cell_size > 0)) place.at("cell_size").refuse("must be above 0");
+  for (const JsonPlace& chunk : place.at("chunks").elements()) plan.chunks.push_back(chunk_of(chunk));
   for (const JsonPlace& block : place.at("blocks").elements()) {
-    plan.blocks.push_back(block_of(block, plan.views.size()));
+    plan.blocks.push_back(block_of(block, plan.chunks.size(), plan.views.size()));
   }
+  require_each_chunk_once(place, plan);
   for (const JsonPlace& name : place.at("left_out").elements()) plan.left_out.push_back(name.text());
   plan.hold_out = hold_out_of(place.at("hold_out"));
   for (const JsonPlace& warning : place.at("warnings").elements()) plan.warnings.push_back(warning.text());

@@ -3,7 +3,7 @@
 // whole scene. It is a folder:
 //
 //   plan.json    this struct; written last
-//   surface/     the surface without photographs, as a model in small chunks, those of each block one after the other
+//   surface/     the surface in small chunks, those of each block one after the other (city_surface.h)
 //   blocks/K/    what the job of block K made (block_job.h)
 //   logs/K.txt   what that job said
 //   stereo/      depths of photographs, while the scene is planned
@@ -36,12 +36,18 @@ struct CityView {
   bool black_rim = false;     // see SceneView::black_rim
 };
 
+// A chunk of the surface, without the far sphere.
+struct CityChunk {
+  ChunkCounts size;
+  Bounds box;  // around its vertices, in the frame of the surface
+};
+
 struct CityBlock {
   // The far sphere, which is a block of its own, the last: its job reads the whole surface, whose cells count as one.
   bool far = false;
   ChunkCounts size;  // of its own part of the surface
-  // Lists the chunks of the surface that its job reads: its own chunks, then those that may stand between it and a
-  // camera.
+  // Lists the chunks of the surface that its job reads: its own chunks, which follow each other, then those that may
+  // stand between it and a camera.
   std::vector<std::size_t> chunks;
   std::size_t own_chunks = 0;  // how many of them are its own; 0 for the far sphere
   // Numbers in CityPlan::views, ascending: the photographs among those that see some cell best.
@@ -53,7 +59,9 @@ struct CityPlan {
   BuildOptions build;                 // of each block's job: pictures, max_views, and what settings name
   double usual_distance = 0;          // from camera to surface, scene units, > 0
   std::vector<CityView> views;        // sorted by name
-  std::vector<CityBlock> blocks;      // in the order of the surface's chunks
+  double cell_size = 0;               // of the surface's cells, scene units, > 0
+  std::vector<CityChunk> chunks;      // of the surface, in their order
+  std::vector<CityBlock> blocks;      // in the order of the surface's chunks; each chunk is one block's own
   std::vector<std::string> left_out;  // photographs that agree with no others, or add nothing
   std::optional<HoldOut> hold_out;    // of the photographs that are held out
   std::vector<std::string> warnings;  // sentences about the scene

@@ -7,9 +7,9 @@
 #include <set>
 #include <utility>
 
-#include "atlas/model/model_file.h"
 #include "planner/surface_distance.h"
 #include "tools/city/block_cut.h"
+#include "tools/city/city_surface.h"
 #include "tools/pipeline/build_model.h"
 #include "tools/stereo/scene_stereo.h"
 
@@ -78,22 +78,6 @@ void take_views(const BuildResult& whole, CityPlan& plan) {
   }
 }
 
-// Writes the surface as a model without photographs.
-void write_surface(const Surface& whole, std::size_t block_faces, const fs::path& folder) {
-  Snapshot snapshot;
-  snapshot.surface = std::make_shared<const Surface>(whole);
-  const Surface& surface = *snapshot.surface;
-  snapshot.references.offsets.assign(surface.cells.cells.size() + 1, 0);
-  snapshot.cell_seen.assign(surface.cells.cells.size(), 0);
-  snapshot.vertex_colors = FallbackColors::Colors(surface.mesh.positions.size(), glm::u8vec3(128));
-  snapshot.tiles.options = kWholeViews;
-  FormOptions form;
-  form.chunk_faces = std::max<std::size_t>(1, block_faces / kChunksPerBlock);
-  form.coarse_faces = 0;
-  fs::create_directories(folder);
-  write_model(folder, snapshot, {}, form);
-}
-
 }  // namespace
 
 CityPlan plan_city(const fs::path& scene, const CityOptions& options, const fs::path& folder,
@@ -111,10 +95,15 @@ CityPlan plan_city(const fs::path& scene, const CityOptions& options, const fs::
   plan.usual_distance = whole.effective.coverage.ideal_distance;
   plan.warnings = whole.warnings;
   take_views(whole, plan);
-  write_surface(*whole.snapshot.surface, options.block_faces, surface_folder(folder));
-  std::vector<std::size_t> all(count_chunks(surface_folder(folder)));
+  write_surface_piece(folder, 0, *whole.snapshot.surface,
+                      std::max<std::size_t>(1, options.block_faces / kChunksPerBlock));
+  const CitySurface written(folder);
+  std::vector<std::size_t> all(written.count());
   std::iota(all.begin(), all.end(), std::size_t{0});
-  cut_into_blocks(read_chunks(surface_folder(folder), all), options.block_faces, callback, plan);
+  const ChunkedSurface city = written.read(all);
+  plan.cell_size = city.surface.cells.size;
+  plan.chunks = describe_chunks(city);
+  cut_into_blocks(city, options.block_faces, callback, plan);
   write_city_plan(folder, plan);
   remove_stereo_work(folder / "stereo");
   return plan;

@@ -12,7 +12,9 @@
 #include <thread>
 #include <utility>
 
+#include "atlas/images/pixel_memory.h"
 #include "mesh/base/errors.h"
+#include "mesh/base/temporary_entry.h"
 #include "mesh/base/whole_file.h"
 #include "tools/base/output_folder.h"
 #include "tools/base/process/child_process.h"
@@ -28,7 +30,6 @@
 #include "tools/cli/flags/setting_flags.h"
 #include "tools/cli/output/json_output.h"
 #include "tools/pipeline/build_settings.h"
-#include "tools/pipeline/output/model_inspection.h"
 #include "tools/pipeline/output/model_output.h"
 #include "tools/pipeline/surface/baked_texture.h"
 #include "tools/scene/scene_list.h"
@@ -171,6 +172,14 @@ json notes_of(const CityPlan& plan, const ImageCoding& photographs) {
   return options;
 }
 
+void warn_of_textures(const JoinedCity& city) {
+  const std::size_t without = city.chunks_without_texture();
+  if (without == 0) return;
+  std::cerr << "warning: other programs show averaged colours instead of a texture on " << without
+            << (without == 1 ? " chunk" : " chunks")
+            << ", whose charts do not fit: allow a larger texture (--texture)\n";
+}
+
 // Returns no texture where the surface has more charts than it has room for.
 std::optional<BakedTexture> texture_of(const CityFlags& flags, const Snapshot& snapshot) {
   if (flags.texture_px == 0) return std::nullopt;
@@ -182,25 +191,54 @@ std::optional<BakedTexture> texture_of(const CityFlags& flags, const Snapshot& s
   }
 }
 
+// Writes one file, which needs the whole model in memory, from a folder of it within the plan's.
+void commit_one_file(const CityFlags& flags, JoinedCity& city, const ModelNotes& notes, const fs::path& plan,
+                     ModelOutput& output) {
+  const TemporaryEntry folder(TemporaryEntry::Kind::folder, plan, [] { return random_temporary_name(); });
+  FormOptions form;
+  form.coarse_faces = 0;
+  write_model(folder.path(), city.model(), city.validity(), form);
+  const Model model = read_model(folder.path());
+  const std::optional<BakedTexture> texture = texture_of(flags, model.snapshot);
+  output.commit(model.snapshot, model.validity, flags.images.coding(), notes, texture ? &texture->texture : nullptr);
+}
+
+std::uintmax_t bytes_on_disk(const fs::path& model) {
+  if (!fs::is_directory(model)) return fs::file_size(model);
+  std::uintmax_t bytes = 0;
+  for (const fs::directory_entry& entry : fs::recursive_directory_iterator(model)) {
+    if (entry.is_regular_file()) bytes += entry.file_size();
+  }
+  return bytes;
+}
+
 void join(const CityFlags& flags, const CityPlan& plan, const fs::path& folder, ModelOutput& output) {
   const ImageCoding photographs = flags.images.coding();
-  const JoinedCity city = join_blocks(folder, plan, progress_of(flags));
-  const std::optional<BakedTexture> texture = texture_of(flags, city.snapshot);
-  output.commit(city.snapshot, city.validity, photographs, {notes_of(plan, photographs), json::object()},
-                texture ? &texture->texture : nullptr);
+  const PixelMemoryBound memory(usual_pixel_memory(), scratch_folder_for(output.target()));
+  const ModelNotes notes{notes_of(plan, photographs), json::object()};
+  JoinOptions options;
+  if (!output.is_one_file()) options.texture_px = flags.texture_px;
+  JoinedCity city(folder, plan, options, progress_of(flags));
+  if (output.is_one_file()) {
+    commit_one_file(flags, city, notes, folder, output);
+  } else {
+    output.commit(city.model(), city.validity(), photographs, notes);
+    warn_of_textures(city);
+  }
   const json totals = {{"blocks", plan.blocks.size()},
-                       {"faces", city.snapshot.surface->mesh.faces.size()},
-                       {"cells", city.snapshot.surface->cells.cells.size()},
-                       {"views", city.snapshot.views.size()},
-                       {"resident_tiles", city.snapshot.tiles.resident_tiles()},
-                       {"file", file_bytes_json(output.target())}};
+                       {"faces", city.faces()},
+                       {"cells", city.cells()},
+                       {"views", city.views()},
+                       {"resident_tiles", city.resident_tiles()},
+                       {"bytes", bytes_on_disk(output.target())}};
   if (flags.json_output) {
     print_result(totals, output.target());
     return;
   }
-  print_result(output.target().string() + ": " + std::to_string(city.snapshot.views.size()) + " photographs on " +
-                   std::to_string(city.snapshot.surface->mesh.faces.size()) + " faces, joined from " +
-                   std::to_string(plan.blocks.size()) + " blocks, on disk " + file_bytes_text(totals["file"]) + '\n',
+  print_result(output.target().string() + ": " + std::to_string(city.views()) + " photographs on " +
+                   std::to_string(city.faces()) + " faces, joined from " + std::to_string(plan.blocks.size()) +
+                   " blocks, on disk " + std::to_string((bytes_on_disk(output.target()) + 500'000) / 1'000'000) +
+                   " MB\n",
                output.target());
 }
 

@@ -65,7 +65,7 @@ Bounds finite_bounds(const TriangleSoup& soup) {
     for (int corner = 0; corner < 3; ++corner) {
       const glm::dvec3& position = soup.positions[face[corner]];
       if (!is_finite(position)) continue;
-      box = box.empty() ? Bounds{position, position} : Bounds{glm::min(box.min, position), glm::max(box.max, position)};
+      box = with(box, position);
     }
   }
   return box;

@@ -21,10 +21,6 @@ namespace fs = std::filesystem;
 
 constexpr std::uint32_t kUnused = ~0u;
 
-std::vector<fs::path> chunk_files(const fs::path& model) {
-  return TilesetFile(fs::is_directory(model) ? model / kTilesetName : model).surfaces();
-}
-
 // Joins vertices at one position, and leaves out those that no face has then.
 void join_vertices(Mesh& mesh) {
   mesh.faces = joined_faces(mesh);
@@ -56,23 +52,18 @@ void append(ChunkSurface chunk, ChunkedSurface& joined, std::vector<CellId>& cel
 
 }  // namespace
 
-std::size_t count_chunks(const fs::path& model) {
-  return chunk_files(model).size();
+std::vector<fs::path> chunk_files(const fs::path& model) {
+  return TilesetFile(fs::is_directory(model) ? model / kTilesetName : model).surfaces();
 }
 
-ChunkedSurface read_chunks(const fs::path& model, std::span<const std::size_t> chunks) {
-  const std::vector<fs::path> files = chunk_files(model);
-  if (chunks.empty()) throw std::invalid_argument("chunks: none are asked for, must be at least one");
+ChunkedSurface read_chunks(std::span<const fs::path> files) {
+  if (files.empty()) throw std::invalid_argument("chunks: none are asked for, must be at least one");
   ChunkedSurface joined;
   std::vector<CellId> cell_of_face;
   std::unique_ptr<SurfaceFile> first;
   std::size_t cells = 0;
-  for (const std::size_t number : chunks) {
-    if (number >= files.size()) {
-      throw std::invalid_argument("chunks: number " + std::to_string(number) + " is asked for, must be below " +
-                                  std::to_string(files.size()));
-    }
-    auto file = std::make_unique<SurfaceFile>(files[number]);
+  for (const fs::path& path : files) {
+    auto file = std::make_unique<SurfaceFile>(path);
     ChunkSurface chunk = file->surface();
     if (!first) {
       joined.surface.offset = chunk.offset;

@@ -24,12 +24,11 @@ struct ChunkedSurface {
   std::vector<ChunkCounts> chunks;
 };
 
-// Returns the number of chunks of a model's folder, or of its tileset.json. Throws InputError.
-[[nodiscard]] std::size_t count_chunks(const std::filesystem::path& model);
+// Returns the files of the chunks of a model's folder, or of its tileset.json, in their order. Throws InputError.
+[[nodiscard]] std::vector<std::filesystem::path> chunk_files(const std::filesystem::path& model);
 
-// Reads these chunks, which are numbered in the order of the tileset, and no other file of the model. Throws
-// InputError naming the first file that breaks a rule, std::invalid_argument for a number that the model has not, or
-// for none at all.
-[[nodiscard]] ChunkedSurface read_chunks(const std::filesystem::path& model, std::span<const std::size_t> chunks);
+// Reads these chunks, of one model or of several that have the same offset and cell size, and no other file. Throws
+// InputError naming the first file that breaks a rule, std::invalid_argument for no chunk at all.
+[[nodiscard]] ChunkedSurface read_chunks(std::span<const std::filesystem::path> files);
 
 }  // namespace lumatlas

@@ -62,10 +62,13 @@ double geometric_error(const CoarseSurface& coarse) {
   return std::max(coarse.error, kPixels * static_cast<double>(upper_median(lengths)));
 }
 
-CoarseSurface coarse_surface(const Mesh& mesh, std::span<const glm::u8vec3> colors, std::size_t faces) {
-  if (mesh.faces.size() <= 2 * faces) return {};
+bool needs_coarse_surface(std::size_t faces, std::size_t coarse_faces) {
+  return coarse_faces > 0 && faces > coarse_faces && faces - coarse_faces > coarse_faces;
+}
+
+CoarseSurface coarse_surface(const Mesh& mesh, std::size_t faces) {
   // Where vertices are split, as at the borders of cells, the surface has no border.
-  const Mesh colored{mesh.positions, {colors.begin(), colors.end()}, joined_faces(mesh)};
+  const Mesh colored{mesh.positions, mesh.colors, joined_faces(mesh)};
   const Bounds box = bounds(mesh);
   const double extent = std::max({box.max.x - box.min.x, box.max.y - box.min.y, box.max.z - box.min.z});
   SimplifiedMesh few = simplified(colored, {kMostError * extent, faces});

@@ -3,15 +3,13 @@
 #pragma once
 
 #include <cstddef>
-#include <glm/gtc/type_precision.hpp>
-#include <span>
 
 #include "mesh/mesh.h"
 
 namespace lumatlas {
 
 struct CoarseSurface {
-  Mesh mesh;         // with colours; empty: the surface needs none
+  Mesh mesh;         // with colours
   double error = 0;  // distance by which the surface moved, as quadrics estimate it, scene units
 };
 
@@ -20,8 +18,12 @@ struct CoarseSurface {
 // here, so that the error is 16 times their usual distance, or what the surface moved if that is more.
 [[nodiscard]] double geometric_error(const CoarseSurface& coarse);
 
+// Returns whether a surface of so many faces should have a coarse one of about `coarse_faces`: it has more than twice
+// as many.
+[[nodiscard]] bool needs_coarse_surface(std::size_t faces, std::size_t coarse_faces);
+
 // Returns the mesh with its vertex colours (one per vertex, sRGB) in about `faces` faces. More faces stay where fewer
-// would close its holes. Empty where the mesh has at most twice as many. The same bytes for the same input.
-[[nodiscard]] CoarseSurface coarse_surface(const Mesh& mesh, std::span<const glm::u8vec3> colors, std::size_t faces);
+// would close its holes. The same bytes for the same input.
+[[nodiscard]] CoarseSurface coarse_surface(const Mesh& mesh, std::size_t faces);
 
 }  // namespace lumatlas

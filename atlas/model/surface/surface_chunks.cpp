@@ -109,12 +109,29 @@ glm::dvec3 exact_origin(const std::vector<glm::vec3>& positions) {
   return {exact_coordinate(positions, 0), exact_coordinate(positions, 1), exact_coordinate(positions, 2)};
 }
 
+Mesh placed_mesh(const SurfaceChunk& chunk) {
+  Mesh mesh = near_surface(*chunk.snapshot.surface).mesh;
+  for (glm::vec3& position : mesh.positions) {
+    for (int axis = 0; axis < 3; ++axis) {
+      if (chunk.origin[axis] == 0) continue;
+      position[axis] = static_cast<float>(static_cast<double>(position[axis]) + chunk.origin[axis]);
+    }
+  }
+  const std::vector<glm::u8vec3>& colors = chunk.snapshot.vertex_colors.get();
+  mesh.colors.assign(colors.begin(), colors.begin() + static_cast<std::ptrdiff_t>(mesh.positions.size()));
+  return mesh;
+}
+
 ChunkMaker::ChunkMaker(const Snapshot& snapshot, const CellShares* shares, const TexturePlaces* places,
                        std::size_t most_faces, std::optional<double> grid)
+    : ChunkMaker(snapshot, shares, places, cells_of_chunks(*snapshot.surface, most_faces), grid) {}
+
+ChunkMaker::ChunkMaker(const Snapshot& snapshot, const CellShares* shares, const TexturePlaces* places,
+                       std::vector<std::vector<CellId>> cells, std::optional<double> grid)
     : snapshot_(snapshot),
       shares_(shares),
       places_(places),
-      cells_(cells_of_chunks(*snapshot.surface, most_faces)),
+      cells_(std::move(cells)),
       chunk_of_cell_(snapshot.surface->near_cells(), 0),
       number_in_chunk_(snapshot.surface->near_cells(), 0) {
   const Surface& surface = *snapshot.surface;
@@ -144,23 +161,6 @@ ChunkMaker::ChunkMaker(const Snapshot& snapshot, const CellShares* shares, const
     of_chunk.push_back(vertex);
   }
   if (grid && count() > 1) snap_to_grid(near_.positions, *grid);
-}
-
-Mesh ChunkMaker::part(std::size_t first, std::size_t count) const {
-  Mesh part;
-  std::vector<std::uint32_t> vertices;
-  for (std::size_t chunk = first; chunk < first + count; ++chunk) {
-    const auto before = static_cast<std::uint32_t>(vertices.size());
-    vertices.insert(vertices.end(), vertices_of_chunk_[chunk].begin(), vertices_of_chunk_[chunk].end());
-    for (const std::uint32_t face : faces_of_chunk_[chunk]) {
-      const glm::uvec3& corners = near_.faces[face];
-      part.faces.push_back(before + glm::uvec3(number_of_vertex_[corners.x], number_of_vertex_[corners.y],
-                                               number_of_vertex_[corners.z]));
-    }
-  }
-  part.positions = picked(near_.positions, vertices);
-  part.colors = picked(snapshot_.vertex_colors.get(), picked(sources_, vertices));
-  return part;
 }
 
 // Fills the chunk's numbers, and returns its surface without the far sphere.

@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <glm/vec3.hpp>
+#include <memory>
 #include <optional>
 #include <vector>
 
@@ -33,9 +34,14 @@ struct SurfaceChunk {
   std::optional<TexturePlaces> places;
   glm::dvec3 origin{0.0};
   std::uint32_t guest_cells = 0;  // cells of other chunks, with which faces of this one fade
-  // The numbers of its own cells, vertices and faces in the model without the far sphere, ascending.
+  // The numbers of its own cells, vertices and faces in the model without the far sphere, ascending. None: they follow
+  // those of the chunk before.
   std::vector<std::uint32_t> cells, vertices, faces;
+  std::shared_ptr<const BaseTexture> texture;  // of its own; null: `places` are in the model's, if it has one
 };
+
+// Returns the mesh of a chunk's near surface in the model's frame, with the colours of its vertices.
+[[nodiscard]] Mesh placed_mesh(const SurfaceChunk& chunk);
 
 class ChunkMaker {
  public:
@@ -43,13 +49,13 @@ class ChunkMaker {
   // positions are put first, as packed surfaces have them; none: they stay as they are.
   ChunkMaker(const Snapshot& snapshot, const CellShares* shares, const TexturePlaces* places, std::size_t most_faces,
              std::optional<double> grid);
+  // `cells`: those of each chunk, as cells_of_chunks() returns them; each near cell is in one chunk.
+  ChunkMaker(const Snapshot& snapshot, const CellShares* shares, const TexturePlaces* places,
+             std::vector<std::vector<CellId>> cells, std::optional<double> grid);
 
   [[nodiscard]] std::size_t count() const { return cells_.size(); }
   // The far sphere is in the first chunk.
   [[nodiscard]] SurfaceChunk chunk(std::size_t number) const;
-  // Returns the mesh of chunks that follow each other, with the colours of vertices, without the far sphere. Vertices
-  // are split between cells.
-  [[nodiscard]] Mesh part(std::size_t first, std::size_t count) const;
 
  private:
   [[nodiscard]] std::vector<std::uint32_t> add_guests(SurfaceChunk& chunk) const;

@@ -24,14 +24,6 @@ Arguments city_arguments(const fs::path& scene, const fs::path& model, int jobs)
           "--jobs", std::to_string(jobs)};
 }
 
-std::map<std::string, std::string> files_of(const fs::path& folder) {
-  std::map<std::string, std::string> files;
-  for (const auto& entry : fs::recursive_directory_iterator(folder)) {
-    if (entry.is_regular_file()) files[entry.path().lexically_relative(folder).string()] = bytes_of(entry.path());
-  }
-  return files;
-}
-
 void copy_scene(const fs::path& to) {
   fs::copy(small_city_scene(), to, fs::copy_options::recursive);
 }

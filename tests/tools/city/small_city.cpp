@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "tests/tools/city/small_city.h"
 
+#include "mesh/base/whole_file.h"
 #include "tools/city/block_job.h"
 #include "tools/lab/synth/synth.h"
 
@@ -37,6 +38,15 @@ SmallCity::SmallCity(std::size_t block_faces)
 
 void build_blocks(const std::filesystem::path& folder, const CityPlan& plan) {
   for (std::size_t block = 0; block < plan.blocks.size(); ++block) (void)build_block(folder, plan, block, {});
+}
+
+std::map<std::string, std::string> files_of(const std::filesystem::path& folder) {
+  std::map<std::string, std::string> files;
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(folder)) {
+    if (!entry.is_regular_file()) continue;
+    files[entry.path().lexically_relative(folder).string()] = read_whole_file(entry.path());
+  }
+  return files;
 }
 
 }  // namespace lumatlas

@@ -3,6 +3,8 @@
 #pragma once
 
 #include <filesystem>
+#include <map>
+#include <string>
 
 #include "tests/support/temporary_folder.h"
 #include "tools/city/plan_city.h"
@@ -25,5 +27,8 @@ struct SmallCity {
 
 // Makes the blocks of a plan on this thread.
 void build_blocks(const std::filesystem::path& folder, const CityPlan& plan);
+
+// Returns what each file in a folder holds, by its path in it.
+[[nodiscard]] std::map<std::string, std::string> files_of(const std::filesystem::path& folder);
 
 }  // namespace lumatlas

@@ -110,14 +110,27 @@ void ModelOutput::commit(const Snapshot& snapshot, const ValidityOptions& validi
   form.shares = &shares;
   if (folder_) {
     write_model(folder_->path(), snapshot, validity, form);
-    write_json(folder_->path() / kPlanFile, notes.plan);
-    folder_->commit(notes.options);
+    commit_folder(notes);
     return;
   }
   const json extras = {{"lumatlas", LUMATLAS_VERSION}, {"options", notes.options}, {"plan", notes.plan}};
   write_glb(file_->stream(), snapshot, validity, form, json_text(extras));
   throw_if_interrupted();
   file_->commit();
+}
+
+void ModelOutput::commit(const PiecewiseModel& model, const ValidityOptions& validity, const ImageCoding& photographs,
+                         const ModelNotes& notes) {
+  if (is_one_file()) throw std::logic_error("model output: one file takes no pieces");
+  FormOptions form;
+  form.photographs = photographs;
+  write_model(folder_->path(), model, validity, form);
+  commit_folder(notes);
+}
+
+void ModelOutput::commit_folder(const ModelNotes& notes) {
+  write_json(folder_->path() / kPlanFile, notes.plan);
+  folder_->commit(notes.options);
 }
 
 }  // namespace lumatlas

@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "atlas/model/model_file.h"
+#include "atlas/model/piecewise_model.h"
 #include "tools/base/output_folder.h"
 #include "tools/scene/scene.h"
 
@@ -44,12 +45,18 @@ class ModelOutput {
   explicit ModelOutput(const std::filesystem::path& path);
 
   [[nodiscard]] const std::filesystem::path& target() const { return target_; }
+  [[nodiscard]] bool is_one_file() const { return file_ != nullptr; }
 
   // `texture` may be null. Throws InputError, Interrupted.
   void commit(const Snapshot& snapshot, const ValidityOptions& validity, const ImageCoding& photographs,
               const ModelNotes& notes, const BaseTexture* texture);
+  // Commits a model whose surface comes in pieces; not to one file (std::logic_error), which is made from the whole.
+  void commit(const PiecewiseModel& model, const ValidityOptions& validity, const ImageCoding& photographs,
+              const ModelNotes& notes);
 
  private:
+  void commit_folder(const ModelNotes& notes);
+
   std::filesystem::path target_;          // the given path
   std::unique_ptr<OutputFolder> folder_;  // one of the two
   std::unique_ptr<AtomicFile> file_;

@@ -31,14 +31,16 @@ Mesh waves(std::uint32_t n) {
 }
 
 CoarseSurface coarse_waves(std::uint32_t n, std::size_t faces) {
-  const Mesh mesh = waves(n);
-  return coarse_surface(mesh, std::vector<glm::u8vec3>(mesh.positions.size(), glm::u8vec3(90, 120, 60)), faces);
+  Mesh mesh = waves(n);
+  mesh.colors.assign(mesh.positions.size(), glm::u8vec3(90, 120, 60));
+  return coarse_surface(mesh, faces);
 }
 
 TEST_CASE("a mesh of few faces needs no coarse surface, which has no geometric error") {
-  const CoarseSurface none = coarse_waves(10, 100);  // 200 faces
-  CHECK(none.mesh.faces.empty());
-  CHECK(geometric_error(none) == 0);
+  CHECK(!needs_coarse_surface(200, 100));
+  CHECK(needs_coarse_surface(201, 100));
+  CHECK(!needs_coarse_surface(1'000'000, 0));
+  CHECK(geometric_error({}) == 0);
 }
 
 TEST_CASE("the geometric error of a coarse surface is 16 times the distance of its colours") {

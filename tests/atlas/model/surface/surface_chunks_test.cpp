@@ -289,7 +289,7 @@ TEST_CASE("a tileset has a tile for each chunk, with its box, below the coarse s
   CHECK(!root.contains("content"));
   CHECK(root.at("geometricError") > 0);
   REQUIRE(root.at("children").size() == surfaces_in(folder.path()).size());
-  std::size_t far = 0, guests = 0;
+  std::size_t far = 0, guests = 0, aside = 0;
   for (const json& tile : root.at("children")) {
     CHECK(tile.at("geometricError") == 0);
     const json gltf = glb_json(folder.path() / tile.at("content").at("uri").get<std::string>());
@@ -306,9 +306,18 @@ TEST_CASE("a tileset has a tile for each chunk, with its box, below the coarse s
       CHECK(box.at(axis).get<double>() == Approx(position.at("min").at(axis).get<double>() + origin).margin(1e-4));
       CHECK(box.at(axis + 3).get<double>() == Approx(position.at("max").at(axis).get<double>() + origin).margin(1e-4));
     }
+    // Turned upright, a box around the same vertices is at most sqrt(3) times as long across.
+    const json& volume = tile.at("boundingVolume").at("box");
+    const auto at = [](const json& numbers, std::size_t i) { return numbers.at(i).get<double>(); };
+    const double across = std::hypot(at(box, 3) - at(box, 0), at(box, 4) - at(box, 1), at(box, 5) - at(box, 2));
+    const glm::dvec3 half(at(volume, 3), at(volume, 7), at(volume, 11)),
+        middle(at(volume, 0), at(volume, 1), at(volume, 2));
+    CHECK(2 * glm::length(half) <= 1.74 * across);
+    aside += glm::length(middle) > 2 * glm::length(half) ? 1 : 0;
   }
   CHECK(far == 1);
   CHECK(guests > 0);
+  CHECK(aside > 0);  // and not around the origin of the scene
 }
 
 TEST_CASE("a chunk of no face is no chunk size") {
