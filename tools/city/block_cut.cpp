@@ -2,41 +2,21 @@
 #include "tools/city/block_cut.h"
 
 #include <algorithm>
-#include <cmath>
+#include <array>
 #include <functional>
 #include <glm/common.hpp>
 #include <limits>
-#include <memory>
 #include <numeric>
 #include <set>
 #include <span>
 #include <utility>
-#include <vector>
 
+#include "mesh/visibility/shown_box.h"
 #include "tools/base/process/interrupt.h"
 
 namespace lumatlas {
 
 namespace {
-
-void make_blocks(const ChunkedSurface& city, std::size_t block_faces, CityPlan& plan) {
-  for (std::size_t chunk = 0; chunk < city.chunks.size(); ++chunk) {
-    const ChunkCounts& counts = city.chunks[chunk];
-    if (plan.blocks.empty() || plan.blocks.back().size.faces + counts.faces > block_faces) plan.blocks.emplace_back();
-    CityBlock& block = plan.blocks.back();
-    block.size.cells += counts.cells;
-    block.size.faces += counts.faces;
-    block.chunks.push_back(chunk);
-    ++block.own_chunks;
-  }
-  if (city.far.mesh.faces.empty()) return;
-  CityBlock far;
-  far.far = true;
-  far.size = {city.far.cells.cells.size(), city.far.mesh.faces.size()};
-  far.chunks.resize(city.chunks.size());
-  std::iota(far.chunks.begin(), far.chunks.end(), std::size_t{0});
-  plan.blocks.push_back(std::move(far));
-}
 
 // The photographs in which one cell has most pixels.
 class BestViews {
@@ -50,157 +30,210 @@ class BestViews {
     best_.emplace_back(pixels, view);
     std::push_heap(best_.begin(), best_.end(), std::greater<>());
   }
-  void add_to(std::set<std::size_t>& views) const {
-    for (const auto& [pixels, view] : best_) views.insert(view);
+  void add_to(std::vector<std::size_t>& views) const {
+    for (const auto& [pixels, view] : best_) views.push_back(view);
   }
 
  private:
   std::vector<std::pair<std::uint32_t, std::uint32_t>> best_;  // pixels and view, the fewest pixels first
 };
 
-// Looks through all cameras of a plan at the whole surface.
-class Sight {
- public:
-  Sight(const ChunkedSurface& city, const CityPlan& plan)
-      : plan_(plan), surface_(with_far_sphere(city.surface, city.far)), rays_(make_ray_visibility(surface_.mesh)) {}
+void sort_once(std::vector<std::size_t>& numbers) {
+  std::sort(numbers.begin(), numbers.end());
+  numbers.erase(std::unique(numbers.begin(), numbers.end()), numbers.end());
+}
 
-  [[nodiscard]] const Surface& surface() const { return surface_; }
+// Spreads the lowest 10 bits of a number to every third bit.
+std::uint32_t spread_bits(std::uint32_t bits) {
+  std::uint32_t spread = 0;
+  for (std::uint32_t bit = 0; bit < 10; ++bit) spread |= (bits >> bit & 1u) << (3 * bit);
+  return spread;
+}
 
-  // Calls use(view, small camera, buffer) for each view.
-  template <typename Use>
-  void for_each_view(const BuildCallback& callback, const char* stage_name, const Use& use) const {
-    BuildStage stage(callback, stage_name, plan_.views.size());
-    VisibilityBuffer buffer;
-    for (std::size_t view = 0; view < plan_.views.size(); ++view) {
-      throw_if_interrupted();
-      const Camera camera = plan_.views[view].camera.shrunk_to(plan_.build.planner.visibility_px);
-      rays_->trace(camera, buffer);
-      use(view, camera, buffer);
-      stage.tick();
+// Returns the views so that those near each other follow each other, by a Morton curve through their places.
+std::vector<std::size_t> neighbors_in_order(const std::vector<CityView>& views) {
+  Bounds box;
+  for (const CityView& view : views) box = with(box, view.camera.center());
+  std::vector<std::pair<std::uint32_t, std::size_t>> keyed;
+  for (std::size_t view = 0; view < views.size(); ++view) {
+    const glm::dvec3 extent = glm::max(box.max - box.min, glm::dvec3(std::numeric_limits<double>::min()));
+    const glm::dvec3 place = (views[view].camera.center() - box.min) / extent;
+    std::uint32_t key = 0;
+    for (int axis = 0; axis < 3; ++axis) {
+      key |= spread_bits(static_cast<std::uint32_t>(1023 * glm::clamp(place[axis], 0.0, 1.0))) << axis;
     }
-    stage.finish();
+    keyed.emplace_back(key, view);
+  }
+  std::sort(keyed.begin(), keyed.end());
+  std::vector<std::size_t> order;
+  order.reserve(keyed.size());
+  for (const auto& [key, view] : keyed) order.push_back(view);
+  return order;
+}
+
+// Looks through all cameras of a plan, and finds for each chunk the views that show one of its cells best, and for each
+// view and chunk the chunks that may stand between them.
+class Looks {
+ public:
+  Looks(const SeenCity& city, const CityPlan& plan, const BuildCallback& callback)
+      : city_(city), plan_(plan), before_(plan.views.size()) {
+    for (std::size_t chunk = 0; chunk < plan.chunks.size(); ++chunk) {
+      chunk_of_face_.insert(chunk_of_face_.end(), plan.chunks[chunk].size.faces, static_cast<std::uint32_t>(chunk));
+      cells_ += plan.chunks[chunk].size.cells;
+    }
+    best_.resize(cells_ + city.far.cells);
+    pixels_.resize(best_.size(), 0);
+    look(callback);
+  }
+
+  // Returns the views that show some cell of these chunks best.
+  [[nodiscard]] const std::vector<std::vector<std::size_t>>& views_of_chunks() const { return views_; }
+  [[nodiscard]] const std::vector<std::size_t>& views_of_far() const { return far_views_; }
+
+  // Returns the chunks that may stand between a view and a chunk.
+  [[nodiscard]] std::span<const std::uint32_t> before(std::size_t view, std::size_t chunk) const {
+    const std::vector<Before>& of_view = before_[view];
+    const auto found = std::lower_bound(of_view.begin(), of_view.end(), chunk,
+                                        [](const Before& entry, std::size_t wanted) { return entry.chunk < wanted; });
+    if (found == of_view.end() || found->chunk != chunk) return {};
+    return found->chunks;
   }
 
  private:
+  struct Before {
+    std::size_t chunk;
+    std::vector<std::uint32_t> chunks;
+  };
+
+  void look(const BuildCallback& callback) {
+    BuildStage stage(callback, "looking through all cameras", plan_.views.size());
+    VisibilityBuffer buffer;
+    for (const std::size_t view : neighbors_in_order(plan_.views)) {
+      throw_if_interrupted();
+      const Camera camera = plan_.views[view].camera.shrunk_to(plan_.build.planner.visibility_px);
+      city_.visibility.trace(camera, buffer);
+      offer(view, buffer);
+      find_before(view, camera, buffer);
+      stage.tick();
+    }
+    stage.finish();
+    std::size_t cell = 0;
+    const auto views_of = [&](std::size_t cells) {
+      std::vector<std::size_t> views;
+      for (const std::size_t end = cell + cells; cell < end; ++cell) best_[cell].add_to(views);
+      sort_once(views);
+      return views;
+    };
+    for (const CityChunk& chunk : plan_.chunks) views_.push_back(views_of(chunk.size.cells));
+    far_views_ = views_of(city_.far.cells);
+    best_ = {};
+  }
+
+  void offer(std::size_t view, const VisibilityBuffer& buffer) {
+    std::vector<std::uint32_t> seen;
+    for (const FaceId face : buffer.face) {
+      if (face == FaceId::none) continue;
+      const CellId cell = city_.cell_of_face[face];
+      if (pixels_[cell]++ == 0) seen.push_back(cell);
+    }
+    for (const std::uint32_t cell : seen) {
+      best_[cell].offer(pixels_[cell], static_cast<std::uint32_t>(view));
+      pixels_[cell] = 0;
+    }
+  }
+
+  void find_before(std::size_t view, const Camera& camera, const VisibilityBuffer& buffer) {
+    std::vector<std::size_t> last(plan_.chunks.size(), plan_.chunks.size());  // the chunk that noted each one last
+    for (std::size_t chunk = 0; chunk < plan_.chunks.size(); ++chunk) {
+      const ShownBox shown = shown_box(camera, plan_.chunks[chunk].box);
+      Before entry{chunk, {}};
+      for (std::uint32_t y = shown.top; y < shown.bottom; ++y) {
+        for (std::uint32_t x = shown.left; x < shown.right; ++x) {
+          const std::size_t pixel = std::size_t{y} * camera.width + x;
+          const FaceId face = buffer.face[pixel];
+          if (face == FaceId::none || face >= chunk_of_face_.size()) continue;
+          const std::uint32_t there = chunk_of_face_[face];
+          if (there == chunk || last[there] == chunk || static_cast<double>(buffer.depth[pixel]) > shown.far) continue;
+          last[there] = chunk;
+          entry.chunks.push_back(there);
+        }
+      }
+      if (!entry.chunks.empty()) before_[view].push_back(std::move(entry));
+    }
+  }
+
+  const SeenCity& city_;
   const CityPlan& plan_;
-  Surface surface_;
-  std::unique_ptr<Visibility> rays_;
+  std::size_t cells_ = 0;
+  std::vector<std::uint32_t> chunk_of_face_;
+  std::vector<BestViews> best_;              // one per cell
+  std::vector<std::uint32_t> pixels_;        // one per cell, 0 between looks
+  std::vector<std::vector<Before>> before_;  // by view, ascending chunks
+  std::vector<std::vector<std::size_t>> views_;
+  std::vector<std::size_t> far_views_;
 };
 
-void find_views(const Sight& sight, const BuildCallback& callback, CityPlan& plan) {
-  std::vector<BestViews> best(sight.surface().cells.cells.size());
-  sight.for_each_view(callback, "looking through all cameras",
-                      [&](std::size_t view, const Camera&, const auto& buffer) {
-                        for (const CellPixels& part : count_cell_pixels(buffer, sight.surface().cells)) {
-                          best[part.cell].offer(part.pixels, static_cast<std::uint32_t>(view));
-                        }
-                      });
-  std::size_t cell = 0;
-  for (CityBlock& block : plan.blocks) {
-    std::set<std::size_t> views;
-    for (std::size_t i = 0; i < block.size.cells; ++i) best[cell++].add_to(views);
-    block.views.assign(views.begin(), views.end());
+// Returns the block of chunks that follow each other.
+CityBlock block_of_chunks(const Looks& looks, const CityPlan& plan, std::size_t first, std::size_t count) {
+  CityBlock block;
+  block.own_chunks = count;
+  for (std::size_t chunk = first; chunk < first + count; ++chunk) {
+    const ChunkCounts& size = plan.chunks[chunk].size;
+    block.size.cells += size.cells;
+    block.size.faces += size.faces;
+    const std::vector<std::size_t>& views = looks.views_of_chunks()[chunk];
+    block.views.insert(block.views.end(), views.begin(), views.end());
+    block.chunks.push_back(chunk);
   }
-}
-
-Bounds box_of(const Mesh& mesh, std::size_t first_face, std::size_t faces) {
-  Bounds box;
-  for (const glm::uvec3& face : std::span(mesh.faces).subspan(first_face, faces)) {
-    for (int corner = 0; corner < 3; ++corner) {
-      box = with(box, glm::dvec3(mesh.positions[face[corner]]));
+  sort_once(block.views);
+  std::vector<std::size_t> others;
+  for (const std::size_t view : block.views) {
+    for (std::size_t chunk = first; chunk < first + count; ++chunk) {
+      for (const std::uint32_t other : looks.before(view, chunk)) {
+        if (other < first || other >= first + count) others.push_back(other);
+      }
     }
   }
-  return box;
+  sort_once(others);
+  block.chunks.insert(block.chunks.end(), others.begin(), others.end());
+  return block;
 }
 
-// The pixels in which a camera shows a box, or would without what stands before it, and the depth of its far end.
-struct ShownBox {
-  std::uint32_t left = 0, top = 0, right = 0, bottom = 0;  // the last two are beyond it
-  double depth = 0;
-};
-
-ShownBox shown_box(const Camera& camera, const Bounds& box) {
-  glm::dvec2 low(std::numeric_limits<double>::infinity()), high(-low);
-  ShownBox shown{0, 0, camera.width, camera.height, 0};
-  bool behind = false;
-  for (int corner = 0; corner < 8; ++corner) {
-    const glm::dvec3 world((corner & 1) != 0 ? box.max.x : box.min.x, (corner & 2) != 0 ? box.max.y : box.min.y,
-                           (corner & 4) != 0 ? box.max.z : box.min.z);
-    const glm::dvec3 cam = camera.cam_from_world(world);
-    shown.depth = std::max(shown.depth, cam.z);
-    behind = behind || cam.z <= 0;
-    if (behind) continue;
-    const glm::dvec2 image = camera.image_from_cam(cam);
-    low = glm::min(low, image);
-    high = glm::max(high, image);
-  }
-  if (behind) return shown;  // it reaches around the camera: the whole image
-  const glm::dvec2 size(camera.width, camera.height);
-  low = glm::clamp(glm::floor(low), glm::dvec2(0), size);
-  high = glm::clamp(glm::ceil(high), low, size);
-  return {static_cast<std::uint32_t>(low.x), static_cast<std::uint32_t>(low.y), static_cast<std::uint32_t>(high.x),
-          static_cast<std::uint32_t>(high.y), shown.depth};
+std::size_t faces_read(const CityPlan& plan, const CityBlock& block) {
+  return std::accumulate(block.chunks.begin(), block.chunks.end(), std::size_t{0},
+                         [&](std::size_t sum, std::size_t chunk) { return sum + plan.chunks[chunk].size.faces; });
 }
 
-std::vector<Bounds> boxes_of_blocks(const Mesh& mesh, const CityPlan& plan) {
-  std::vector<Bounds> boxes;
-  std::size_t first_face = 0;
-  for (const CityBlock& block : plan.blocks) {
-    if (block.far) continue;
-    boxes.push_back(box_of(mesh, first_face, block.size.faces));
-    first_face += block.size.faces;
-  }
-  return boxes;
-}
-
-// Adds the chunks that one camera shows where it shows a box, as far as the box reaches.
-void add_shown_chunks(const Camera& camera, const Bounds& box, const VisibilityBuffer& buffer,
-                      const std::vector<std::uint32_t>& chunk_of_face, std::set<std::size_t>& chunks) {
-  const ShownBox shown = shown_box(camera, box);
-  for (std::uint32_t y = shown.top; y < shown.bottom; ++y) {
-    for (std::uint32_t x = shown.left; x < shown.right; ++x) {
-      const std::size_t pixel = std::size_t{y} * camera.width + x;
-      const FaceId face = buffer.face[pixel];
-      const bool is_near = face != FaceId::none && face < chunk_of_face.size();
-      if (is_near && static_cast<double>(buffer.depth[pixel]) <= shown.depth) chunks.insert(chunk_of_face[face]);
-    }
-  }
-}
-
-void find_chunks(const ChunkedSurface& city, const Sight& sight, const BuildCallback& callback, CityPlan& plan) {
-  std::vector<std::uint32_t> chunk_of_face;
-  for (std::size_t chunk = 0; chunk < city.chunks.size(); ++chunk) {
-    chunk_of_face.insert(chunk_of_face.end(), city.chunks[chunk].faces, static_cast<std::uint32_t>(chunk));
-  }
-  const std::vector<Bounds> boxes = boxes_of_blocks(city.surface.mesh, plan);
-  std::vector<std::vector<std::size_t>> blocks_of_view(plan.views.size());
-  for (std::size_t block = 0; block < boxes.size(); ++block) {
-    for (const std::size_t view : plan.blocks[block].views) blocks_of_view[view].push_back(block);
-  }
-  std::vector<std::set<std::size_t>> before(boxes.size());  // by block
-  sight.for_each_view(callback, "looking for what stands before blocks",
-                      [&](std::size_t view, const Camera& camera, const VisibilityBuffer& buffer) {
-                        for (const std::size_t block : blocks_of_view[view]) {
-                          add_shown_chunks(camera, boxes[block], buffer, chunk_of_face, before[block]);
-                        }
-                      });
-  for (std::size_t block = 0; block < boxes.size(); ++block) {
-    std::vector<std::size_t>& chunks = plan.blocks[block].chunks;
-    const std::size_t first = chunks.front(), last = chunks.back();
-    for (const std::size_t chunk : before[block]) {
-      if (chunk < first || chunk > last) chunks.push_back(chunk);
-    }
-  }
+CityBlock far_block(const SeenCity& city, const Looks& looks, const CityPlan& plan) {
+  CityBlock far;
+  far.far = true;
+  far.size = city.far;
+  far.chunks.resize(plan.chunks.size());
+  std::iota(far.chunks.begin(), far.chunks.end(), std::size_t{0});
+  far.views = looks.views_of_far();
+  return far;
 }
 
 }  // namespace
 
-void cut_into_blocks(const ChunkedSurface& city, std::size_t block_faces, const BuildCallback& callback,
-                     CityPlan& plan) {
-  make_blocks(city, block_faces, plan);
-  const Sight sight(city, plan);
-  find_views(sight, callback, plan);
-  find_chunks(city, sight, callback, plan);
+std::uint64_t job_bytes(std::size_t faces, std::uint64_t memory) {
+  constexpr std::uint64_t kBase = 150'000'000, kEachFace = 600;
+  return kBase + kEachFace * faces + memory / kPixelShare;
+}
+
+void cut_into_blocks(const SeenCity& city, std::size_t block_faces, const BuildCallback& callback, CityPlan& plan) {
+  const Looks looks(city, plan, callback);
+  for (std::size_t first = 0; first < plan.chunks.size();) {
+    CityBlock block = block_of_chunks(looks, plan, first, 1);
+    while (first + block.own_chunks < plan.chunks.size()) {
+      CityBlock larger = block_of_chunks(looks, plan, first, block.own_chunks + 1);
+      if (larger.size.faces > block_faces || job_bytes(faces_read(plan, larger), plan.memory) > plan.memory) break;
+      block = std::move(larger);
+    }
+    first += block.own_chunks;
+    plan.blocks.push_back(std::move(block));
+  }
+  if (city.far.faces > 0) plan.blocks.push_back(far_block(city, looks, plan));
 }
 
 }  // namespace lumatlas

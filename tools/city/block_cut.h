@@ -3,8 +3,10 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
+#include <vector>
 
-#include "atlas/model/surface/chunked_surface.h"
+#include "mesh/visibility/visibility.h"
 #include "tools/budget/build_progress.h"
 #include "tools/city/city_plan.h"
 
@@ -17,11 +19,21 @@ inline constexpr std::size_t kChunksPerBlock = 8;
 // refers to, because several photographs may show the cell from the same side.
 inline constexpr std::size_t kViewsPerCell = 24;
 
-// Fills in the plan's blocks; its views and build options are there. Chunks that follow each other, as the writer of
-// surfaces cuts them, are near each other: a block is as many of them as have at most `block_faces` faces, or one. The
-// far sphere is the last block. A job reads the chunks that a photograph shows where it shows the block, or would
-// without them. `city` has all chunks, in order.
-void cut_into_blocks(const ChunkedSurface& city, std::size_t block_faces, const BuildCallback& callback,
-                     CityPlan& plan);
+// The whole surface, as cameras see it: the faces of all chunks in their order, then those of the far sphere.
+struct SeenCity {
+  const Visibility& visibility;
+  std::vector<CellId> cell_of_face;
+  ChunkCounts far;  // 0 where there is no far sphere
+};
+
+// Returns the memory that the job of a block takes at most, by what jobs of measured districts took; bytes. `faces`:
+// those that it reads.
+[[nodiscard]] std::uint64_t job_bytes(std::size_t faces, std::uint64_t memory);
+
+// Fills in the plan's blocks; its chunks, views, memory and build options are there. Chunks that follow each other, as
+// the writer of surfaces cuts them, are near each other: a block is as many of them as have at most `block_faces` faces
+// and need no more than the plan's memory, or one. The far sphere is the last block. A job reads the chunks that a
+// photograph shows where it shows a chunk of the block, or would without them.
+void cut_into_blocks(const SeenCity& city, std::size_t block_faces, const BuildCallback& callback, CityPlan& plan);
 
 }  // namespace lumatlas

@@ -80,8 +80,9 @@ void drop_references_of_others(const CityBlock& block, Atlas& atlas) {
 }
 
 // Returns the surface that the job plans views on.
-Surface surface_of_job(const fs::path& folder, const CityBlock& block) {
+Surface surface_of_job(const fs::path& folder, const CityPlan& plan, const CityBlock& block) {
   ChunkedSurface around = CitySurface(folder).read(block.chunks);
+  around.surface.cells.size = plan.cell_size;
   if (!block.far) return std::move(around.surface);
   Surface& near = around.surface;
   near.cells = measure_cells(near.mesh, std::vector<CellId>(near.mesh.faces.size(), CellId(0)), near.cells.size);
@@ -93,7 +94,7 @@ BuildResult plan_block(const fs::path& folder, const CityPlan& plan, const CityB
   BuildResult result;
   result.options = job_options(plan);
   SeenSurface seen;
-  seen.input.surface = std::make_shared<const Surface>(surface_of_job(folder, block));
+  seen.input.surface = std::make_shared<const Surface>(surface_of_job(folder, plan, block));
   seen.input.mesh_file = surface_folder(folder);
   seen.visibility = make_visibility(*seen.input.surface, result.options.visibility_by);
   SceneViews views = placed_views(plan, block, seen.input.surface->offset);
@@ -105,9 +106,9 @@ BuildResult plan_block(const fs::path& folder, const CityPlan& plan, const CityB
 }
 
 // Returns the model of a block that no photograph sees.
-BuildResult unseen_block(const fs::path& folder, const CityBlock& block) {
+BuildResult unseen_block(const fs::path& folder, const CityPlan& plan, const CityBlock& block) {
   BuildResult result;
-  result.snapshot.surface = std::make_shared<const Surface>(surface_of_job(folder, block));
+  result.snapshot.surface = std::make_shared<const Surface>(surface_of_job(folder, plan, block));
   const Surface& surface = *result.snapshot.surface;
   const std::size_t cells = surface.cells.cells.size(), vertices = surface.mesh.positions.size();
   result.snapshot.references.offsets.assign(cells + 1, 0);
@@ -138,9 +139,9 @@ BlockFacts build_block(const fs::path& folder, const CityPlan& plan, std::size_t
   const CityBlock& block = plan.blocks[number];
   fs::create_directories(block_folder(folder, number).parent_path());
   OutputFolder output(block_folder(folder, number), kJobName);
-  const PixelMemoryBound memory(usual_pixel_memory(), scratch_folder_for(folder));
+  const PixelMemoryBound memory(std::min(usual_pixel_memory(), plan.memory / kPixelShare), scratch_folder_for(folder));
   const BuildResult result =
-      block.views.empty() ? unseen_block(folder, block) : plan_block(folder, plan, block, callback);
+      block.views.empty() ? unseen_block(folder, plan, block) : plan_block(folder, plan, block, callback);
   FormOptions form;
   form.coarse_faces = 0;
   write_model(output.path(), result.snapshot, result.effective.validity, form);

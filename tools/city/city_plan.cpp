@@ -254,6 +254,7 @@ void write_city_plan(const fs::path& folder, const CityPlan& plan) {
                                   {"build", build_json(plan.build)},
                                   {"usual_distance", plan.usual_distance},
                                   {"views", std::move(views)},
+                                  {"memory", plan.memory},
                                   {"cell_size", plan.cell_size},
                                   {"chunks", std::move(chunks)},
                                   {"blocks", std::move(blocks)},
@@ -274,8 +275,8 @@ CityPlan read_city_plan(const fs::path& folder) {
   if (!document.contains("lumatlas_city") || place.at("lumatlas_city").count(0, kMost) != kPlanVersion) {
     place.refuse("is a plan of another lumatlas, make it again");
   }
-  place.expect_keys({"lumatlas_city", "scene", "build", "usual_distance", "views", "cell_size", "chunks", "blocks",
-                     "left_out", "hold_out", "warnings", "stamp"},
+  place.expect_keys({"lumatlas_city", "scene", "build", "usual_distance", "views", "memory", "cell_size", "chunks",
+                     "blocks", "left_out", "hold_out", "warnings", "stamp"},
                     {});
   CityPlan plan;
   plan.scene = place.at("scene").text();
@@ -283,6 +284,7 @@ CityPlan read_city_plan(const fs::path& folder) {
   plan.usual_distance = place.at("usual_distance").number();
   if (!(plan.usual_distance > 0)) place.at("usual_distance").refuse("must be above 0");
   for (const JsonPlace& view : place.at("views").elements()) plan.views.push_back(view_of(view));
+  plan.memory = place.at("memory").count(kLeastBlockMemory, std::size_t{1} << 50);
   plan.cell_size = place.at("cell_size").number();
   if (!(plan.cell_size > 0)) place.at("cell_size").refuse("must be above 0");
   for (const JsonPlace& chunk : place.at("chunks").elements()) plan.chunks.push_back(chunk_of(chunk));

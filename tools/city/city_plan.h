@@ -27,6 +27,10 @@ namespace lumatlas {
 
 inline constexpr const char* kPlanName = "plan.json";
 
+// The share of a plan's memory that holds pixels of photographs and masks, one in so many bytes (PixelMemoryBound).
+inline constexpr std::uint64_t kPixelShare = 4;
+inline constexpr std::uint64_t kLeastBlockMemory = std::uint64_t{512} << 20;  // bytes
+
 // A photograph, as all blocks see it.
 struct CityView {
   std::string name;
@@ -59,6 +63,7 @@ struct CityPlan {
   BuildOptions build;                 // of each block's job: pictures, max_views, and what settings name
   double usual_distance = 0;          // from camera to surface, scene units, > 0
   std::vector<CityView> views;        // sorted by name
+  std::uint64_t memory = 0;           // that planning, each job and joining may take, bytes
   double cell_size = 0;               // of the surface's cells, scene units, > 0
   std::vector<CityChunk> chunks;      // of the surface, in their order
   std::vector<CityBlock> blocks;      // in the order of the surface's chunks; each chunk is one block's own

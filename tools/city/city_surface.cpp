@@ -23,6 +23,7 @@ CitySurface::CitySurface(const fs::path& plan) : folder_(surface_folder(plan)) {
   for (std::size_t piece = 0; fs::exists(piece_folder(plan, piece)); ++piece) {
     const std::vector<fs::path> files = chunk_files(piece_folder(plan, piece));
     files_.insert(files_.end(), files.begin(), files.end());
+    chunks_of_pieces_.push_back(files.size());
   }
 }
 
@@ -50,6 +51,12 @@ void write_surface_piece(const fs::path& plan, std::size_t number, const Surface
   form.coarse_faces = 0;
   fs::create_directories(piece_folder(plan, number));
   write_model(piece_folder(plan, number), snapshot, {}, form);
+}
+
+void clear_surface(const fs::path& plan) {
+  std::error_code error;
+  fs::remove_all(surface_folder(plan), error);
+  if (error) throw InputError(surface_folder(plan).string() + ": cannot be removed: " + error.message());
 }
 
 std::vector<CityChunk> describe_chunks(const ChunkedSurface& surface) {

@@ -3,13 +3,16 @@
 
 #include <algorithm>
 #include <map>
+#include <memory>
 #include <numeric>
 #include <set>
 #include <utility>
 
 #include "planner/surface_distance.h"
 #include "tools/city/block_cut.h"
+#include "tools/city/city_cells.h"
 #include "tools/city/city_surface.h"
+#include "tools/city/plan_in_pieces.h"
 #include "tools/pipeline/build_model.h"
 #include "tools/stereo/scene_stereo.h"
 
@@ -19,16 +22,12 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// Returns the size that cells of a city have. `build` divides a scene by its diameter, but a city is larger than what
-// any photograph shows, so that the distance of the cameras bounds the size too.
-double cell_size(const fs::path& scene, const BuildOptions& build) {
-  constexpr double kShareOfDistance = 0.085;  // 1/60 of the diameter of a village seen from the air
+double whole_cell_size(const fs::path& scene, const BuildOptions& build) {
   const MeshInput mesh = load_mesh(scene, build.mesh, build.close_holes, build.mesh_frame.value_or(MeshFrame{}));
   const SceneViews views = read_scene_views(scene, mesh.offset, build.pictures);
   std::vector<Camera> cameras;
   for (const std::size_t rank : split(views, build.hold_out).input) cameras.push_back(views.views[rank].camera);
-  const double distance = median_surface_distance(cameras, *make_ray_visibility(mesh.mesh));
-  return std::min(automatic_cell_size(mesh.mesh), kShareOfDistance * distance);
+  return city_cell_size(mesh.mesh, median_surface_distance(cameras, *make_ray_visibility(mesh.mesh)));
 }
 
 // Refines the whole scene, or looks at it alone.
@@ -37,7 +36,7 @@ BuildResult build_whole(const fs::path& scene, const CityOptions& options, const
   BuildOptions whole = options.build;
   whole.completion.stereo_folder = folder / "stereo";
   whole.texture_px.reset();
-  if (whole.cells.size == 0) whole.cells.size = cell_size(scene, whole);
+  if (whole.cells.size == 0) whole.cells.size = whole_cell_size(scene, whole);
   whole.measure_deviation = false;
   whole.max_views.reset();
   if (whole.refine == RefineMode::none) {
@@ -47,10 +46,6 @@ BuildResult build_whole(const fs::path& scene, const CityOptions& options, const
     whole.planner.min_view_gain = 0;
   }
   return build_model(scene, whole, callback);
-}
-
-CityView city_view(const SceneView& view) {
-  return {view.name, view.camera, view.correction, glm::dvec3(1.0), view.black_rim};
 }
 
 // Fills in the views, as they were refined.
@@ -78,6 +73,26 @@ void take_views(const BuildResult& whole, CityPlan& plan) {
   }
 }
 
+// Plans with the whole surface in memory, which completing it and refining poses need.
+void plan_whole(const fs::path& scene, const CityOptions& options, const fs::path& folder,
+                const BuildCallback& callback, CityPlan& plan) {
+  const BuildResult whole = build_whole(scene, options, folder, callback);
+  plan.usual_distance = whole.effective.coverage.ideal_distance;
+  plan.warnings = whole.warnings;
+  take_views(whole, plan);
+  write_surface_piece(folder, 0, *whole.snapshot.surface, chunk_faces_for(options.block_faces));
+  const CitySurface written(folder);
+  std::vector<std::size_t> all(written.count());
+  std::iota(all.begin(), all.end(), std::size_t{0});
+  const ChunkedSurface city = written.read(all);
+  plan.cell_size = city.surface.cells.size;
+  plan.chunks = describe_chunks(city);
+  const Surface surface = with_far_sphere(city.surface, city.far);
+  const std::unique_ptr<Visibility> visibility = make_ray_visibility(surface.mesh);
+  cut_into_blocks({*visibility, surface.cells.cell_of_face, {surface.far_cells, surface.far_faces}},
+                  options.block_faces, callback, plan);
+}
+
 }  // namespace
 
 CityPlan plan_city(const fs::path& scene, const CityOptions& options, const fs::path& folder,
@@ -89,21 +104,15 @@ CityPlan plan_city(const fs::path& scene, const CityOptions& options, const fs::
     if (*pictures) *pictures = fs::absolute(**pictures).lexically_normal();
   }
   plan.hold_out = options.build.hold_out;
+  plan.memory = options.memory;
   plan.stamp = options.stamp;
   open_plan_folder(folder);
-  const BuildResult whole = build_whole(scene, options, folder, callback);
-  plan.usual_distance = whole.effective.coverage.ideal_distance;
-  plan.warnings = whole.warnings;
-  take_views(whole, plan);
-  write_surface_piece(folder, 0, *whole.snapshot.surface,
-                      std::max<std::size_t>(1, options.block_faces / kChunksPerBlock));
-  const CitySurface written(folder);
-  std::vector<std::size_t> all(written.count());
-  std::iota(all.begin(), all.end(), std::size_t{0});
-  const ChunkedSurface city = written.read(all);
-  plan.cell_size = city.surface.cells.size;
-  plan.chunks = describe_chunks(city);
-  cut_into_blocks(city, options.block_faces, callback, plan);
+  clear_surface(folder);
+  if (can_plan_in_pieces(options)) {
+    plan_in_pieces(scene, options, folder, callback, plan);
+  } else {
+    plan_whole(scene, options, folder, callback, plan);
+  }
   write_city_plan(folder, plan);
   remove_stereo_work(folder / "stereo");
   return plan;

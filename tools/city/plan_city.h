@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -19,7 +20,12 @@ struct CityOptions {
   // lenses jointly.
   BuildOptions build;
   std::size_t block_faces = 400'000;  // largest number of faces in a block, >= 1
-  std::string stamp;                  // of the plan
+  // Bytes that planning, the job of each block and joining take at most, each: see plan_in_pieces.h and job_bytes().
+  // >= kLeastBlockMemory
+  std::uint64_t memory = std::uint64_t{2} << 30;
+  // Faces of the pieces in which the mesh is read and cut into cells, at most; 0: as many as fit into the memory.
+  std::size_t piece_faces = 0;
+  std::string stamp;  // of the plan
 };
 
 // Plans the scene and writes the plan's folder (open_plan_folder()). The mesh is divided into cells

@@ -71,6 +71,7 @@ std::string stamp_of(const CityFlags& flags) {
                  {"max_views", flags.max_views},
                  {"cell_size", flags.options.build.cells.size},
                  {"block_faces", flags.options.block_faces},
+                 {"block_memory", flags.options.memory},
                  {"mesh_as_given", flags.mesh_as_given},
                  {"as_posed", flags.as_posed},
                  {"hold", flags.hold.protocol() ? json(flags.hold.hold) : json()},
@@ -214,7 +215,8 @@ std::uintmax_t bytes_on_disk(const fs::path& model) {
 
 void join(const CityFlags& flags, const CityPlan& plan, const fs::path& folder, ModelOutput& output) {
   const ImageCoding photographs = flags.images.coding();
-  const PixelMemoryBound memory(usual_pixel_memory(), scratch_folder_for(output.target()));
+  const PixelMemoryBound memory(std::min(usual_pixel_memory(), plan.memory / kPixelShare),
+                                scratch_folder_for(output.target()));
   const ModelNotes notes{notes_of(plan, photographs), json::object()};
   JoinOptions options;
   if (!output.is_one_file()) options.texture_px = flags.texture_px;
@@ -275,6 +277,15 @@ void run(CityFlags& flags) {
   if (!planned) remove_plan(folder);
 }
 
+// Runs after byte_size().
+CLI::Validator at_least_block_memory() {
+  const auto check = [](const std::string& bytes) -> std::string {
+    if (std::stoull(bytes) >= kLeastBlockMemory) return {};
+    return bytes + " bytes are too few, give " + std::to_string(kLeastBlockMemory >> 20) + "MiB or more";
+  };
+  return {check, ""};
+}
+
 void add_scene_options(CLI::App& command, CityFlags& flags) {
   const std::vector<CLI::Option*> before = command.get_options();
   begin_group(command, "Files of the scene");
@@ -285,6 +296,13 @@ void add_scene_options(CLI::App& command, CityFlags& flags) {
   command.add_option("--block-faces", flags.options.block_faces, "Faces in a block at most")
       ->type_name("N")
       ->transform(whole_number(1000, 100'000'000));
+  command
+      .add_option("--block-memory", flags.options.memory,
+                  "Memory that the job of a block takes at most, and joining: blocks are cut smaller for it")
+      ->type_name("SIZE")
+      ->transform(byte_size())
+      ->check(at_least_block_memory())
+      ->default_str("2GiB");
   add_cell_size(command, flags.options.build.cells)->description("Diameter of a cell, scene units; 0: by distance");
   command.add_option("--max-views", flags.max_views, "Photographs that a block keeps at most")
       ->type_name("N")

@@ -117,34 +117,6 @@ double cell_size(const Mesh& mesh, const CellOptions& options, const std::filesy
   return size;
 }
 
-// A sentence if some faces reach so far beyond the bulk of the mesh that they cannot belong to it.
-std::optional<std::string> stray_faces_warning(const Mesh& mesh, const glm::dvec3& offset,
-                                               const std::filesystem::path& file) {
-  constexpr double kFar = 4;  // diameters from the middle of the bulk
-  const SceneExtent extent = scene_extent(mesh);
-  const glm::dvec3 center = middle(extent.core);
-  std::size_t strays = 0;
-  glm::dvec3 furthest = center;
-  for (const glm::uvec3& face : mesh.faces) {
-    bool is_stray = false;
-    for (int corner = 0; corner < 3; ++corner) {
-      const glm::dvec3 position(mesh.positions[face[corner]]);
-      const double distance = glm::distance(position, center);
-      is_stray = is_stray || distance > kFar * extent.diameter;
-      if (distance > glm::distance(furthest, center)) furthest = position;
-    }
-    if (is_stray) ++strays;
-  }
-  if (strays == 0) return std::nullopt;
-  furthest += offset;
-  std::ostringstream sentence;
-  sentence << file.string() << ": " << strays << " of " << mesh.faces.size() << " faces reach further than " << kFar
-           << " times the diameter of the scene, " << extent.diameter << ", from its middle, the furthest to ("
-           << furthest.x << ", " << furthest.y << ", " << furthest.z
-           << "); cells are sized without them: remove them if they are stray";
-  return sentence.str();
-}
-
 // `strays`: the warning of faces that may be what cannot be split, if there is one.
 Mesh split_for_cells(const Mesh& mesh, double size, const std::filesystem::path& file,
                      const std::optional<std::string>& strays) {
@@ -228,13 +200,41 @@ glm::dvec3 scene_origin(const TriangleSoup& soup) {
   return longest_side(box) > kMostStray * longest_side(bulk) ? middle(bulk) : middle(box);
 }
 
-MeshInput load_mesh(const std::filesystem::path& scene, const std::optional<std::filesystem::path>& mesh_file,
-                    double largest_hole, const MeshFrame& frame) {
+std::optional<std::string> stray_faces_warning(const Mesh& mesh, const glm::dvec3& offset,
+                                               const std::filesystem::path& file) {
+  constexpr double kFar = 4;  // diameters from the middle of the bulk
+  const SceneExtent extent = scene_extent(mesh);
+  const glm::dvec3 center = middle(extent.core);
+  std::size_t strays = 0;
+  glm::dvec3 furthest = center;
+  for (const glm::uvec3& face : mesh.faces) {
+    bool is_stray = false;
+    for (int corner = 0; corner < 3; ++corner) {
+      const glm::dvec3 position(mesh.positions[face[corner]]);
+      const double distance = glm::distance(position, center);
+      is_stray = is_stray || distance > kFar * extent.diameter;
+      if (distance > glm::distance(furthest, center)) furthest = position;
+    }
+    if (is_stray) ++strays;
+  }
+  if (strays == 0) return std::nullopt;
+  furthest += offset;
+  std::ostringstream sentence;
+  sentence << file.string() << ": " << strays << " of " << mesh.faces.size() << " faces reach further than " << kFar
+           << " times the diameter of the scene, " << extent.diameter << ", from its middle, the furthest to ("
+           << furthest.x << ", " << furthest.y << ", " << furthest.z
+           << "); cells are sized without them: remove them if they are stray";
+  return sentence.str();
+}
+
+SoupInput load_soup(const std::filesystem::path& scene, const std::optional<std::filesystem::path>& mesh_file,
+                    const MeshFrame& frame) {
   check(frame);
-  MeshInput input;
+  SoupInput input;
   SurfaceInput& facts = input.facts;
   facts.mesh_file = find_mesh(scene, mesh_file);
-  TriangleSoup soup = read_scene_mesh(facts.mesh_file);
+  input.soup = read_scene_mesh(facts.mesh_file);
+  const TriangleSoup& soup = input.soup;
   facts.file_vertices = soup.positions.size();
   facts.file_faces = soup.faces.size();
   facts.file_has_colors = !soup.colors.empty();
@@ -243,10 +243,18 @@ MeshInput load_mesh(const std::filesystem::path& scene, const std::optional<std:
   }
   facts.frame = frame;
   facts.coordinate_step = frame.scale * mesh_coordinate_step(soup);
-  move_to_frame_of_poses(soup, frame);
-  take_mesh(soup, input);
+  move_to_frame_of_poses(input.soup, frame);
+  return input;
+}
+
+MeshInput load_mesh(const std::filesystem::path& scene, const std::optional<std::filesystem::path>& mesh_file,
+                    double largest_hole, const MeshFrame& frame) {
+  SoupInput read = load_soup(scene, mesh_file, frame);
+  MeshInput input;
+  input.facts = std::move(read.facts);
+  take_mesh(read.soup, input);
   ClosedHoles closed = close_holes(input.mesh, largest_hole, throw_if_interrupted);
-  facts.closed_holes = closed.holes;
+  input.facts.closed_holes = closed.holes;
   input.mesh = std::move(closed.mesh);
   warn_of_strays(input);
   return input;

@@ -60,6 +60,16 @@ struct MeshInput {
   std::optional<std::string> strays;  // the warning of faces that cannot belong to the bulk, if there are any
 };
 
+// The triangles of a mesh file in the frame of the poses, not yet repaired.
+struct SoupInput {
+  TriangleSoup soup;
+  SurfaceInput facts;  // of the file alone
+};
+
+// Reads the mesh and takes it to the frame of the poses by `frame`. Throws as load_mesh() does.
+[[nodiscard]] SoupInput load_soup(const std::filesystem::path& scene,
+                                  const std::optional<std::filesystem::path>& mesh_file, const MeshFrame& frame = {});
+
 // Reads the mesh, takes it to the frame of the poses by `frame`, centres and repairs it, and closes holes up to
 // `largest_hole` across (scene units; 0: none). Throws InputError, std::invalid_argument for a bad frame, and
 // Interrupted soon after a signal.
@@ -80,6 +90,11 @@ struct MeshInput {
 // make_surface() does.
 [[nodiscard]] SurfaceInput with_fewer_faces(const SurfaceInput& input, CellOptions cells, const FaceOptions& faces,
                                             std::span<const Camera> cameras = {});
+
+// Returns the warning that some faces reach so far beyond the bulk of the mesh that they cannot belong to it, if some
+// do. `file` names the mesh, which lies around `offset`.
+[[nodiscard]] std::optional<std::string> stray_faces_warning(const Mesh& mesh, const glm::dvec3& offset,
+                                                             const std::filesystem::path& file);
 
 // Calls load_mesh(), then make_surface() with all faces.
 [[nodiscard]] SurfaceInput load_surface(const std::filesystem::path& scene,

@@ -34,6 +34,7 @@ std::map<std::string, fs::file_time_type> done_in(const fs::path& plan) {
   std::error_code error;
   for (fs::directory_iterator entry(plan / "blocks", error), end; !error && entry != end; entry.increment(error)) {
     std::error_code missing;
+    if (entry->path().filename().string().front() == '.') continue;  // a block that was killed before its rename
     const fs::file_time_type time = fs::last_write_time(entry->path() / "lumatlas.json", missing);
     if (!missing) done[entry->path().filename().string()] = time;
   }
