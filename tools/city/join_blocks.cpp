@@ -129,6 +129,7 @@ JoinedCity join_blocks(const fs::path& folder, const CityPlan& plan, const Build
   joined.surface = whole_surface(folder, plan);
   ReadBlocks read = read_blocks(folder, plan, joined.surface->mesh, callback);
   city.validity = read.validity;
+  joined.georeference = plan.georeference;
   read.views.fill(joined);
   joined.vertex_colors = std::move(read.colors);
   const auto any = [&](auto table) {

@@ -110,6 +110,7 @@ CityPlan plan_city(const fs::path& scene, const CityOptions& options, const fs::
   const BuildResult whole = build_whole(scene, options, folder, callback);
   plan.usual_distance = whole.effective.coverage.ideal_distance;
   plan.warnings = whole.warnings;
+  plan.georeference = whole.georeference;
   take_views(whole, plan);
   write_surface(*whole.snapshot.surface, options.block_faces, surface_folder(folder));
   std::vector<std::size_t> all(count_chunks(surface_folder(folder)));
