@@ -144,6 +144,7 @@ void check_but_surface(const Snapshot& snapshot) {
   check_tiles(snapshot);
   check_numbers_of_cells("cell_coverage", snapshot.cell_coverage, snapshot.surface->cells.cells.size());
   check_numbers_of_cells("cell_deviation", snapshot.cell_deviation, snapshot.surface->cells.cells.size());
+  if (snapshot.georeference) check(*snapshot.georeference);
 }
 
 Snapshot without_far_sphere(const Snapshot& snapshot) {

@@ -5,9 +5,11 @@
 #include <cstdint>
 #include <glm/vec3.hpp>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "atlas/colors/fallback_colors.h"
+#include "atlas/earth_frame.h"
 #include "atlas/reference_table.h"
 #include "atlas/surface.h"
 #include "atlas/tiles/tiles.h"
@@ -39,6 +41,9 @@ struct Snapshot {
   // planner/refinement/surface_deviation.h. The renderer blurs photographs by it in pictures from other directions.
   // Empty: it takes the surface as exact.
   std::vector<float> cell_deviation;
+  // Where the coordinates before the surface's offset is subtracted lie on the Earth. Not used for drawing. None: not
+  // known, as in every snapshot that an atlas makes.
+  std::optional<GeoReference> georeference;
 };
 
 // Throws std::invalid_argument naming the table, the index, its value and the rule that it breaks, unless surface and

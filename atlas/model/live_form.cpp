@@ -63,7 +63,8 @@ class VersionWriter {
   FormVersion finish(const WrittenSurface& written) {
     json properties = view_list();
     const TileContent surface = put_surface(written);
-    version_.tileset = tileset_json({surface, {}}, std::move(properties)).dump() + "\n";
+    version_.tileset =
+        tileset_json(snapshot_, snapshot_.surface->offset, {surface, {}}, std::move(properties)).dump() + "\n";
     return std::move(version_);
   }
 

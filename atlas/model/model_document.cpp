@@ -25,6 +25,18 @@ json json_of(const glm::dvec3& v) {
   return {v.x, v.y, v.z};
 }
 
+json json_of(const GeoReference& reference) {
+  if (reference.frame == GeoReference::Frame::geocentric) {
+    json geocentric{{"frame", kGeocentricFrame}};
+    if (!reference.system.empty()) geocentric["system"] = unicode_name(reference.system);
+    return geocentric;
+  }
+  return {{"frame", kEastNorthUpFrame},
+          {"latitude", reference.latitude_deg},
+          {"longitude", reference.longitude_deg},
+          {"altitude", reference.altitude_m}};
+}
+
 std::vector<Camera> cameras_of(const Snapshot& snapshot) {
   std::vector<Camera> cameras;
   for (const auto& view : snapshot.views) {
@@ -151,6 +163,25 @@ json volume_json(const Bounds& box) {
   return {{"box", {middle.x, middle.y, middle.z, half.x, 0, 0, 0, half.y, 0, 0, 0, half.z}}};
 }
 
+// Returns the matrix, column by column, from the frame of tiles, which has z upwards where glTF has y, to geocentric
+// coordinates; null if the model's position on the Earth is not known.
+json root_transform(const Snapshot& snapshot, const glm::dvec3& offset) {
+  if (!snapshot.georeference) return nullptr;
+  const std::optional<glm::dmat4> geocentric = geocentric_from_scene(*snapshot.georeference);
+  if (!geocentric) return nullptr;
+  const glm::dmat3 tile_from_gltf({1, 0, 0}, {0, 0, 1}, {0, -1, 0});
+  const glm::dmat3 model_from_tile = glm::transpose(tile_from_gltf * gltf_from_scene(snapshot));
+  const glm::dmat3 rotation = glm::dmat3(*geocentric) * model_from_tile;
+  const glm::dvec4 origin = *geocentric * glm::dvec4(offset, 1);
+  json numbers = json::array();
+  for (int column = 0; column < 3; ++column) {
+    for (int row = 0; row < 3; ++row) numbers.push_back(rotation[column][row]);
+    numbers.push_back(0);
+  }
+  for (const double number : {origin.x, origin.y, origin.z, 1.0}) numbers.push_back(number);
+  return numbers;
+}
+
 json content_json(const TileContent& content) {
   return {{"uri", content.uri}, {"extras", {{"byteLength", content.bytes}}}};
 }
@@ -245,6 +276,7 @@ json model_properties(const Snapshot& snapshot, float before_far, const Validity
                      {"texels", std::string(name_of(tiles.texels))}};
   if (!snapshot.tiles.whole_views()) properties["tiles"] = {{"size", tiles.tile_px}, {"gutter", tiles.gutter_px}};
   if (std::isfinite(before_far)) properties["depthBeforeFar"] = before_far;
+  if (snapshot.georeference) properties["georeference"] = json_of(*snapshot.georeference);
   const std::vector<Camera> cameras = cameras_of(snapshot);
   if (cameras.empty()) return properties;
   properties["up"] = json_of(upward(cameras));
@@ -372,7 +404,7 @@ TileVolume tile_volume(const Mesh& mesh, const glm::dvec3& origin, const glm::dm
   return volume;
 }
 
-json tileset_json(const ModelTile& root, json properties) {
+json tileset_json(const Snapshot& snapshot, const glm::dvec3& offset, const ModelTile& root, json properties) {
   const TileVolume volume = volume_of(root);
   const bool is_empty = volume.in_scene.empty();  // a model of what is far alone
   const double extent = is_empty ? 0 : glm::length(volume.in_scene.max - volume.in_scene.min);
@@ -381,6 +413,7 @@ json tileset_json(const ModelTile& root, json properties) {
   json tile = {{"boundingVolume", volume_json(is_empty ? Bounds{{}, {}} : volume.in_tile)},
                {"refine", "REPLACE"},
                {"geometricError", 0}};
+  if (json transform = root_transform(snapshot, offset); !transform.is_null()) tile["transform"] = std::move(transform);
   if (!root.children.empty()) {
     tile["geometricError"] = has_content ? std::max(root.content.geometric_error, error_below(root)) : error;
   }

@@ -91,7 +91,8 @@ struct ModelTile {
   std::vector<ModelTile> children;
 };
 
-// The tileset with that root, which has content or children.
-[[nodiscard]] nlohmann::json tileset_json(const ModelTile& root, nlohmann::json properties);
+// The tileset with that root, which has content or children. `offset`: that of the surface.
+[[nodiscard]] nlohmann::json tileset_json(const Snapshot& snapshot, const glm::dvec3& offset, const ModelTile& root,
+                                          nlohmann::json properties);
 
 }  // namespace lumatlas

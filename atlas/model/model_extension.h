@@ -9,6 +9,8 @@ namespace lumatlas {
 inline constexpr const char* kLumigraphExtension = "LUMATLAS_lumigraph";
 inline constexpr const char* kUnlitExtension = "KHR_materials_unlit";
 inline constexpr int kLumigraphVersion = 5;
+inline constexpr const char* kEastNorthUpFrame = "east-north-up";  // frames of "georeference"
+inline constexpr const char* kGeocentricFrame = "geocentric";
 inline constexpr const char* kCellAttribute = "_CELL";
 inline constexpr const char* kColorAttribute = "COLOR_0";
 inline constexpr const char* kTexturedColorAttribute = "_COLOR";  // COLOR_0 would be multiplied with the texture

@@ -71,6 +71,7 @@ struct ModelFacts {
   std::vector<Camera> views;
   ReferenceTable references;
   TileTable tiles;
+  std::optional<GeoReference> georeference;
   // Bytes on disk.
   std::uint64_t json_bytes = 0;
   std::uint64_t mesh_bytes = 0;    // positions and faces

@@ -224,7 +224,8 @@ std::string write_parts(ModelParts model, ChunkSource& source, const FormOptions
   if (!images.empty()) model.properties["images"] = std::move(images);
   const ModelTile root = SurfaceWriter(model, options, put, source).write();
   if (tick) tick();
-  return tileset_json(root, std::move(model.properties)).dump(options.packed ? -1 : 1) + "\n";
+  return tileset_json(model.snapshot, model.offset, root, std::move(model.properties)).dump(options.packed ? -1 : 1) +
+         "\n";
 }
 
 }  // namespace

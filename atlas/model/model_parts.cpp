@@ -76,6 +76,7 @@ ModelParts model_parts(const Snapshot& given, const ValidityOptions& validity, c
   const Surface& surface = *parts.snapshot.surface;
   if (options.texture) check(*options.texture, surface.near_faces());
   if (options.shares) check(*options.shares, surface.mesh.faces.size(), surface.cells.cells.size());
+  parts.offset = surface.offset;
   parts.cell_size = written_cell_size(surface);
   parts.before_far = depth_before_far(surface);
   add_views(validity, options, parts);
@@ -97,6 +98,7 @@ ModelParts model_parts(const PiecewiseModel& given, const ValidityOptions& valid
     throw std::invalid_argument("pieces: view " + std::to_string(slot) + " has no resident tile");
   }
   require_readable(parts.snapshot, given.surface.offset);
+  parts.offset = given.surface.offset;
   parts.cell_size = given.surface.cell_size;
   parts.before_far = given.surface.before_far;
   add_views(validity, options, parts);

@@ -15,6 +15,7 @@ struct ModelParts {
   Snapshot snapshot;               // without views that have no resident tile; of one in pieces without surface
   std::vector<ModelImage> images;  // in the file's order
   nlohmann::json properties;       // the whole model's, with its views, whose images are numbers in `images`
+  glm::dvec3 offset{0.0};          // of the surface
   double cell_size = 0;            // as files have it
   float before_far = 0;            // depth_before_far() of the surface
 };

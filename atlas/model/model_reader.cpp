@@ -25,6 +25,7 @@
 #include "atlas/model/watch.h"
 #include "mesh/base/errors.h"
 #include "mesh/base/number_text.h"
+#include "mesh/base/text_fields.h"
 #include "mesh/base/whole_file.h"
 
 namespace lumatlas {
@@ -70,6 +71,7 @@ class ModelReader {
   [[nodiscard]] std::uint64_t other_preview_bytes() const;
   [[nodiscard]] ValidityOptions validity() const;
   [[nodiscard]] TexelFormat texels() const;
+  [[nodiscard]] std::optional<GeoReference> georeference() const;
   [[nodiscard]] TileTable tiles(const std::vector<ViewEntry>& views) const;
   [[nodiscard]] Camera camera(const GltfFile::Object& view, const std::string& where) const;
   [[nodiscard]] ViewEntry view_entry(const GltfFile::Object& view, const std::string& where) const;
@@ -112,6 +114,27 @@ TexelFormat ModelReader::texels() const {
     whole_file_.refuse("\"texels\" is \"" + name + "\", must be \"rgb8\" or \"bc7\"");
   }
   return known->second;
+}
+
+std::optional<GeoReference> ModelReader::georeference() const {
+  if (!whole_.Has("georeference")) return std::nullopt;
+  const char* const where = "georeference";
+  const GltfFile::Object& object = whole_file_.field(whole_, kLumigraphExtension, where);
+  const std::string frame = whole_file_.text(object, where, "frame");
+  GeoReference reference;
+  if (frame == kGeocentricFrame) {
+    reference.frame = GeoReference::Frame::geocentric;
+    if (object.Has("system")) reference.system = whole_file_.text(object, where, "system");
+    return reference;
+  }
+  if (frame != kEastNorthUpFrame) {
+    whole_file_.refuse("georeference: \"frame\" is " + in_quotes(frame) + ", must be \"" + kEastNorthUpFrame +
+                       "\" or \"" + kGeocentricFrame + "\"");
+  }
+  reference.latitude_deg = whole_file_.number(object, where, "latitude", -90, 90);
+  reference.longitude_deg = whole_file_.number(object, where, "longitude", -180, 180);
+  reference.altitude_m = whole_file_.number(object, where, "altitude", -kMostAltitude, kMostAltitude);
+  return reference;
 }
 
 // Slots are given anew, in order.
@@ -259,6 +282,7 @@ Model ModelReader::model() const {
   snapshot.cell_coverage = joined.numbers_of_cells("cellCoverage");
   snapshot.cell_deviation = joined.numbers_of_cells("cellDeviation");
   snapshot.vertex_colors = joined.vertex_colors();
+  snapshot.georeference = georeference();
   for (const GltfImage& image : textures(joined)) (void)size_of(image);
   for (const ViewEntry& entry : entries) snapshot.gains.push_back(entry.gain);
   model.times.tables = watch.lap_ms();
@@ -319,6 +343,7 @@ ModelFacts ModelReader::facts() const {
   const std::vector<ViewEntry> entries = view_entries();
   facts.references = joined.references(entries.size());
   facts.tiles = tiles(entries);
+  facts.georeference = georeference();
   for (const ViewEntry& entry : entries) {
     facts.views.push_back(entry.camera);
     facts.photograph_bytes += bytes_of(entry.image);

@@ -11,6 +11,7 @@
 #include "tools/base/output_folder.h"
 #include "tools/base/strict_json.h"
 #include "tools/pipeline/build_settings.h"
+#include "tools/scene/geo_reference.h"
 
 namespace lumatlas {
 
@@ -201,6 +202,13 @@ json hold_out_json(const std::optional<HoldOut>& protocol) {
   return {{"hold", protocol->hold}, {"block", protocol->block}};
 }
 
+std::optional<GeoReference> georeference_of(const JsonPlace& place) {
+  if (place.value().is_null()) return std::nullopt;
+  std::optional<GeoReference> reference = geo_reference_of(place.value());
+  if (!reference) place.refuse("is no georeference");
+  return reference;
+}
+
 std::optional<HoldOut> hold_out_of(const JsonPlace& place) {
   if (place.value().is_null()) return std::nullopt;
   return HoldOut{place.at("hold").count(2, kMost), place.at("block").count(1, kMost)};
@@ -261,6 +269,7 @@ void write_city_plan(const fs::path& folder, const CityPlan& plan) {
                                   {"left_out", plan.left_out},
                                   {"hold_out", hold_out_json(plan.hold_out)},
                                   {"warnings", plan.warnings},
+                                  {"georeference", plan.georeference ? json_of(*plan.georeference) : json()},
                                   {"stamp", plan.stamp}});
 }
 
@@ -277,7 +286,7 @@ CityPlan read_city_plan(const fs::path& folder) {
   }
   place.expect_keys({"lumatlas_city", "scene", "build", "usual_distance", "views", "memory", "cell_size", "chunks",
                      "blocks", "left_out", "hold_out", "warnings", "stamp"},
-                    {});
+                    {"georeference"});
   CityPlan plan;
   plan.scene = place.at("scene").text();
   plan.build = build_of(place.at("build"));
@@ -295,6 +304,7 @@ CityPlan read_city_plan(const fs::path& folder) {
   for (const JsonPlace& name : place.at("left_out").elements()) plan.left_out.push_back(name.text());
   plan.hold_out = hold_out_of(place.at("hold_out"));
   for (const JsonPlace& warning : place.at("warnings").elements()) plan.warnings.push_back(warning.text());
+  if (place.has("georeference")) plan.georeference = georeference_of(place.at("georeference"));
   plan.stamp = place.at("stamp").text();
   return plan;
 }

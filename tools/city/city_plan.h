@@ -70,7 +70,8 @@ struct CityPlan {
   std::vector<std::string> left_out;  // photographs that agree with no others, or add nothing
   std::optional<HoldOut> hold_out;    // of the photographs that are held out
   std::vector<std::string> warnings;  // sentences about the scene
-  std::string stamp;                  // differs where the plan was made from other inputs
+  std::optional<GeoReference> georeference;
+  std::string stamp;  // differs where the plan was made from other inputs
 };
 
 // Returns folders within a plan.

@@ -163,6 +163,7 @@ void JoinedCity::read_blocks(const BuildCallback& callback) {
   }
   stage.finish();
   views.fill(whole_);
+  whole_.georeference = plan_.georeference;
   const auto any = [&](auto table) {
     return std::any_of(parts.begin(), parts.end(), [&](const Snapshot& part) { return !(part.*table).empty(); });
   };

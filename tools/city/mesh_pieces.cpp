@@ -2,6 +2,7 @@
 #include "tools/city/mesh_pieces.h"
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <glm/common.hpp>
 #include <limits>
@@ -12,6 +13,7 @@
 
 #include "mesh/base/errors.h"
 #include "mesh/readers/mesh_file.h"
+#include "mesh/repair/simplification.h"
 #include "tools/base/process/interrupt.h"
 
 namespace lumatlas {
@@ -89,13 +91,10 @@ Mesh repaired(const Mesh& mesh) {
   }
 }
 
-Mesh every_face(const Mesh& mesh, std::size_t most_faces) {
-  const std::size_t step = (mesh.faces.size() + most_faces - 1) / most_faces;
-  std::vector<std::uint32_t> faces;
-  for (std::size_t face = 0; face < mesh.faces.size(); face += std::max<std::size_t>(1, step)) {
-    faces.push_back(static_cast<std::uint32_t>(face));
-  }
-  return mesh_of_faces(mesh, faces);
+void append(const Mesh& from, Mesh& to) {
+  const auto first = static_cast<std::uint32_t>(to.positions.size());
+  to.positions.insert(to.positions.end(), from.positions.begin(), from.positions.end());
+  for (const glm::uvec3& face : from.faces) to.faces.push_back(face + first);
 }
 
 }  // namespace
@@ -127,25 +126,35 @@ Mesh mesh_of_faces(const Mesh& mesh, const std::vector<std::uint32_t>& faces) {
   return part;
 }
 
-MeshPieces::MeshPieces(SoupInput input, std::size_t most_faces, fs::path folder)
+Mesh read_ply_mesh(const fs::path& file) {
+  const TriangleSoup soup = read_triangle_soup(file);
+  Mesh mesh;
+  mesh.positions.reserve(soup.positions.size());
+  for (const glm::dvec3& position : soup.positions) mesh.positions.emplace_back(position);
+  mesh.faces = soup.faces;
+  return mesh;
+}
+
+MeshPieces::MeshPieces(SoupInput input, std::size_t most_faces, std::size_t coarse_faces, fs::path folder)
     : folder_(std::move(folder)), facts_(std::move(input.facts)), offset_(scene_origin(input.soup)) {
   const Mesh mesh = around(std::move(input.soup), offset_);
+  const double share = std::min(
+      1.0, static_cast<double>(coarse_faces) / static_cast<double>(std::max<std::size_t>(1, mesh.faces.size())));
   cut_faces(mesh, most_faces, [&](const std::vector<std::uint32_t>& faces) {
     const Mesh piece = repaired(mesh_of_faces(mesh, faces));
     if (piece.faces.empty()) return;
-    const fs::path file = folder_ / ("piece-" + std::to_string(pieces_.size()) + ".ply");
-    write_ply(file, piece);
-    pieces_.push_back({bounds(piece), piece.faces.size(), [file] {
-                         const TriangleSoup soup = read_triangle_soup(file);
-                         Mesh read;
-                         for (const glm::dvec3& position : soup.positions) read.positions.emplace_back(position);
-                         read.faces = soup.faces;
-                         return read;
-                       }});
+    files_.push_back(folder_ / ("piece-" + std::to_string(files_.size()) + ".ply"));
+    write_ply(files_.back(), piece);
+    SimplificationBound bound;
+    bound.faces = static_cast<std::size_t>(share * static_cast<double>(piece.faces.size()));
+    append(share < 1 ? simplified(piece, bound).mesh : piece, coarse_);
   });
-  if (pieces_.empty()) throw InputError(facts_.mesh_file.string() + ": has no face that can be used");
-  sample_ = every_face(mesh, most_faces);
-  if (const auto strays = stray_faces_warning(sample_, offset_, facts_.mesh_file)) facts_.warnings.push_back(*strays);
+  if (files_.empty()) throw InputError(facts_.mesh_file.string() + ": has no face that can be used");
+  if (const auto strays = stray_faces_warning(coarse_, offset_, facts_.mesh_file)) facts_.warnings.push_back(*strays);
+}
+
+Mesh MeshPieces::read(std::size_t piece) const {
+  return read_ply_mesh(files_[piece]);
 }
 
 }  // namespace lumatlas

@@ -79,6 +79,7 @@ void plan_whole(const fs::path& scene, const CityOptions& options, const fs::pat
   const BuildResult whole = build_whole(scene, options, folder, callback);
   plan.usual_distance = whole.effective.coverage.ideal_distance;
   plan.warnings = whole.warnings;
+  plan.georeference = whole.georeference;
   take_views(whole, plan);
   write_surface_piece(folder, 0, *whole.snapshot.surface, chunk_faces_for(options.block_faces));
   const CitySurface written(folder);

@@ -13,6 +13,9 @@
 #include "mesh/base/errors.h"
 #include "mesh/base/temporary_entry.h"
 #include "mesh/face_geometry.h"
+#include "mesh/readers/mesh_file.h"
+#include "mesh/visibility/piecewise_visibility.h"
+#include "mesh/visibility/ray_visibility.h"
 #include "planner/surface_distance.h"
 #include "tools/base/process/interrupt.h"
 #include "tools/city/block_cut.h"
@@ -24,6 +27,7 @@
 #include "tools/pipeline/refinement/lens_notes.h"
 #include "tools/pipeline/streaming.h"
 #include "tools/pipeline/surface/far_background.h"
+#include "tools/scene/geo_reference.h"
 
 namespace lumatlas {
 
@@ -75,7 +79,7 @@ bool judge(const fs::path& scene, const MeshPieces& pieces, const Visibility& vi
   std::vector<SceneView>& views = offered.views.views;
   const BlindViews blind = blind_views(views, offered.ranks, visibility);
   const MeshDiagnosis fit =
-      diagnose_mesh(scene, pieces.facts(), pieces.sample(), pieces.offset(), visibility, views, offered.ranks);
+      diagnose_mesh(scene, pieces.facts(), pieces.coarse(), pieces.offset(), visibility, views, offered.ranks);
   plan.warnings.insert(plan.warnings.end(), fit.warnings.begin(), fit.warnings.end());
   if (fit.black_border > 0) leave_out_black_rims(views);
   if (!build.any_mesh) {
@@ -91,7 +95,7 @@ bool judge(const fs::path& scene, const MeshPieces& pieces, const Visibility& vi
 FarSphere far_of(const MeshPieces& pieces, const Visibility& visibility, const BuildOptions& build,
                  const OfferedCity& offered) {
   if (!build.completion.far_sphere || !has_demand(build.planner.coverage)) return {};
-  return find_far_sphere(small_photographs(offered.views.views, offered.ranks), offered.cameras(), pieces.sample(),
+  return find_far_sphere(small_photographs(offered.views.views, offered.ranks), offered.cameras(), pieces.coarse(),
                          visibility);
 }
 
@@ -144,23 +148,26 @@ void write_surface(const MeshPieces& pieces, const FarSphere& far, const CityOpt
 // Describes the chunks of the plan's surface, cuts them into blocks and finds what each needs.
 void find_blocks(const FarSphere& far, const CityOptions& options, const fs::path& folder,
                  const BuildCallback& callback, CityPlan& plan) {
-  const auto surface = std::make_shared<const CitySurface>(folder);
+  const TemporaryEntry scratch(TemporaryEntry::Kind::folder, folder, [] { return random_temporary_name(); });
+  const CitySurface surface(folder);
   std::vector<MeshPiece> pieces;
   std::vector<CellId> cell_of_face;
   std::uint32_t cells = 0;
   std::size_t first = 0;
-  for (const std::size_t count : surface->chunks_of_pieces()) {
+  for (const std::size_t count : surface.chunks_of_pieces()) {
     throw_if_interrupted();
     std::vector<std::size_t> chunks(count);
     std::iota(chunks.begin(), chunks.end(), first);
     first += count;
-    const ChunkedSurface piece = surface->read(chunks);
+    const ChunkedSurface piece = surface.read(chunks);
     for (const CellId cell : piece.surface.cells.cell_of_face) cell_of_face.emplace_back(cells + cell);
     cells += static_cast<std::uint32_t>(piece.surface.cells.cells.size());
     const std::vector<CityChunk> described = describe_chunks(piece);
     plan.chunks.insert(plan.chunks.end(), described.begin(), described.end());
-    pieces.push_back({bounds(piece.surface.mesh), piece.surface.mesh.faces.size(),
-                      [surface, chunks] { return surface->read(chunks).surface.mesh; }});
+    const fs::path file = scratch.path() / ("surface-" + std::to_string(pieces.size()) + ".ply");
+    write_ply(file, piece.surface.mesh);  // which is read faster than chunks
+    pieces.push_back(
+        {bounds(piece.surface.mesh), piece.surface.mesh.faces.size(), [file] { return read_ply_mesh(file); }});
   }
   for (const CellId cell : far.cells.cell_of_face) cell_of_face.emplace_back(cells + cell);
   if (!far.mesh.faces.empty()) pieces.push_back({bounds(far.mesh), far.mesh.faces.size(), [far] { return far.mesh; }});
@@ -184,16 +191,20 @@ void plan_in_pieces(const fs::path& scene, const CityOptions& options, const fs:
   {
     const TemporaryEntry scratch(TemporaryEntry::Kind::folder, folder, [] { return random_temporary_name(); });
     BuildStage stage(callback, "cutting the mesh into pieces", 0);
+    // The scene is judged by its coarse surface, which is in memory whole.
     const MeshPieces pieces(load_soup(scene, build.mesh, build.mesh_frame.value_or(MeshFrame{})),
-                            faces_of_a_piece(options), scratch.path());
+                            faces_of_a_piece(options), faces_kept_for_rays(plan) / 2, scratch.path());
     stage.finish();
     plan.warnings = pieces.facts().warnings;
     {
-      const PiecewiseVisibility visibility(pieces.pieces(), faces_kept_for_rays(plan));
+      const std::unique_ptr<Visibility> made = make_ray_visibility(pieces.coarse());
+      const Visibility& visibility = *made;
       OfferedCity offered = read_offered(scene, build, pieces.offset());
+      plan.georeference = build.georeference ? build.georeference : offered.views.georeference;
+      if (const auto warning = unplaced_warning(plan.georeference)) plan.warnings.push_back(*warning);
       const bool fits = judge(scene, pieces, visibility, build, callback, offered, plan);
       plan.usual_distance = distance_of(pieces, visibility, build, offered);
-      plan.cell_size = build.cells.size > 0 ? build.cells.size : city_cell_size(pieces.sample(), plan.usual_distance);
+      plan.cell_size = build.cells.size > 0 ? build.cells.size : city_cell_size(pieces.coarse(), plan.usual_distance);
       if (!(plan.cell_size > 0)) {
         throw InputError(pieces.facts().mesh_file.string() + ": its faces have no area, so there is nothing to show");
       }

@@ -12,6 +12,7 @@
 #include "tools/pipeline/build_settings.h"
 #include "tools/pipeline/given_build_settings.h"
 #include "tools/pipeline/model_budget.h"
+#include "tools/pipeline/output/model_output.h"
 #include "tools/pipeline/surface/baked_texture.h"
 #include "tools/stereo/scene_stereo.h"
 
@@ -131,6 +132,7 @@ void require_address_known(const BuildFlags& flags) {
 void set_inputs(const BuildFlags& flags, BuildOptions& options) {
   if (!flags.mesh.empty()) options.mesh = flags.mesh;
   options.mesh_frame = flags.mesh_frame.frame();
+  options.georeference = flags.georeference.reference();
   options.pictures = flags.pictures.folders();
   options.pictures.skip_bad = flags.skip_bad;
   options.hold_out = flags.hold.protocol();

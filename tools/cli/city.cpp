@@ -26,6 +26,7 @@
 #include "tools/city/workflow.h"
 #include "tools/cli/commands.h"
 #include "tools/cli/flags/cell_flags.h"
+#include "tools/cli/flags/georeference_flag.h"
 #include "tools/cli/flags/image_flags.h"
 #include "tools/cli/flags/setting_flags.h"
 #include "tools/cli/output/json_output.h"
@@ -45,6 +46,7 @@ struct CityFlags {
   fs::path source, output, plan, mesh;
   CityOptions options;
   SettingFlags<BuildOptions> settings{build_settings()};
+  GeoreferenceFlag georeference;
   PictureFlags pictures;
   HoldFlags hold;
   ImageFlags images;
@@ -65,6 +67,7 @@ std::string stamp_of(const CityFlags& flags) {
   json inputs = {{"lumatlas", LUMATLAS_VERSION},
                  {"scene", fs::absolute(flags.source).lexically_normal().string()},
                  {"mesh", flags.mesh.string()},
+                 {"georeference", flags.georeference.text},
                  {"images", flags.pictures.images.string()},
                  {"masks", flags.pictures.masks.string()},
                  {"settings", flags.settings.json(flags.options.build)},
@@ -88,6 +91,7 @@ std::string stamp_of(const CityFlags& flags) {
 void take_options(CityFlags& flags) {
   BuildOptions& build = flags.options.build;
   if (!flags.mesh.empty()) build.mesh = flags.mesh;
+  build.georeference = flags.georeference.reference();
   build.pictures = flags.pictures.folders();
   build.hold_out = flags.hold.protocol();
   build.max_views = flags.max_views;
@@ -290,6 +294,7 @@ void add_scene_options(CLI::App& command, CityFlags& flags) {
   const std::vector<CLI::Option*> before = command.get_options();
   begin_group(command, "Files of the scene");
   add_file(command, "--mesh", flags.mesh, "FILE", "Mesh, if not one beside SCENE");
+  flags.georeference.add_to(command);
   flags.pictures.add_to(command);
   flags.hold.add_to(command, "Leave out every H-th photograph, to validate with");
   begin_group(command, "Blocks");

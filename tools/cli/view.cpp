@@ -64,7 +64,7 @@ class Watch {
 
 void run(const ViewFlags& flags) {
   SiteServer server(flags.server);
-  ServedModel model(server, flags.model, flags.follow, length_unit_of(read_model_notes(flags.model)));
+  ServedModel model(server, flags.model, flags.follow, length_unit_of(flags.model));
   show(flags, server);
   Watch watch(model, flags.quiet);
   server.serve([&watch] { return watch.look(); });

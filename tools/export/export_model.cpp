@@ -107,7 +107,7 @@ json export_page(const Model& model, const fs::path& file, const fs::path& outpu
   const Snapshot& snapshot = model.snapshot;
   SiteOptions site;
   site.title = title_of(file);
-  site.unit = length_unit_of(read_model_notes(file));
+  if (snapshot.georeference) site.unit = "m";
   site.page_file = read_page_file(file);
   site.validity = model.validity;
   site.photographs = options.photographs;
@@ -137,13 +137,6 @@ OfferedPhotographs offered(const Model& model, const fs::path& file, const Expor
   return offered_photographs(scene, hold_out_of(notes, file), model.validity, notes, file);
 }
 
-// The place of the scene's axes on the Earth; an export in other axes has none.
-std::optional<GeoReference> georeference_of(const fs::path& file, const ExportOptions& options) {
-  if (!options.as_scene) return std::nullopt;
-  const json plan = read_model_notes(file).plan;
-  return geo_reference_of(plan.is_object() ? plan.value("georeference", json()) : json());
-}
-
 json export_texture(const Model& model, const fs::path& file, const fs::path& output, const json& effective,
                     const ExportOptions& options, const StageProgress& progress) {
   const auto start = Clock::now();
@@ -152,7 +145,8 @@ json export_texture(const Model& model, const fs::path& file, const fs::path& ou
   written.image = options.image;
   const std::vector<Camera> cameras = cameras_in(model.snapshot);
   if (!options.as_scene && !cameras.empty()) written.file_from_scene = upright(cameras, upward(cameras));
-  const std::optional<GeoReference> reference = georeference_of(file, options);
+  std::optional<GeoReference> reference;  // an export in other axes than the scene's has none
+  if (options.as_scene) reference = model.snapshot.georeference;
   if (reference) {
     written.georeference = json_text(json_of(*reference));
     written.georeference_sentence = "Coordinates are " + text_of(*reference);

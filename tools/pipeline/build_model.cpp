@@ -85,12 +85,24 @@ void add_warning(const std::string& sentence, BuildResult& result) {
   if (!sentence.empty()) result.warnings.push_back(sentence);
 }
 
+void note_georeference(const SceneViews& scene, BuildResult& result) {
+  const std::optional<GeoReference>& given = result.options.georeference;
+  result.georeference = given ? given : scene.georeference;
+  if (given) result.scene_notes.push_back("its coordinates are " + text_of(*given) + ", as --georeference says");
+}
+
+// Gives the model its position on the Earth, and warns where a tileset cannot say it.
+void place_on_earth(BuildResult& result) {
+  result.snapshot.georeference = result.georeference;
+  add_warning(unplaced_warning(result.georeference).value_or(""), result);
+}
+
 void note_scene(const SceneViews& scene, BuildResult& result) {
   result.views = scene.views.size();
   result.listed_to_score = held_out_views(scene);
   result.masked_views = masked_views(scene);
   result.scene_notes = scene.notes;
-  result.georeference = scene.georeference;
+  note_georeference(scene, result);
   result.skipped = skipped_views(scene.views);
 }
 
@@ -242,6 +254,7 @@ BuildResult build_from(Scene& scene, const BuildOptions& options, const BuildCal
       options.memory.scratch_folder.empty() ? std::filesystem::temp_directory_path() : options.memory.scratch_folder);
   BuildResult result = choose_and_refine(scene, options, callback, watch);
   result.memory = memory;
+  place_on_earth(result);
   add_texture(callback, result);  // with the memory that planning took
   result.scratch_bytes = pixel_memory().in_files;
   result.total_ms = ms_since(start);

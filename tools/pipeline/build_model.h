@@ -104,7 +104,7 @@ struct BuildResult {
   std::optional<MeshDiagnosis> fit;          // the fit of mesh and photographs; none for a watched scene
   std::vector<SkippedView> skipped;          // sorted by name
   std::vector<std::string> scene_notes;      // sentences: what was assumed of the scene, see SceneViews::notes
-  std::optional<GeoReference> georeference;  // the scene's, see SceneViews::georeference
+  std::optional<GeoReference> georeference;  // of BuildOptions, else SceneViews; the snapshot has it too
   std::vector<SceneView> scene_views;        // the scene's, with what was found of their lenses
   std::size_t views = 0, masked_views = 0;   // in the scene
   std::size_t listed_to_score = 0;           // how many of these are SceneView::held_out

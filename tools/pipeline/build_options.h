@@ -76,7 +76,8 @@ struct BuildOptions {
   // The frame of the mesh file against that of the poses. None: they are the same, and build_model() refuses a mesh
   // that is certainly in another frame (MeshDiagnosis::wrong_frame). A frame that is given is taken as it is.
   std::optional<MeshFrame> mesh_frame;
-  PictureFolders pictures;  // photographs and masks
+  PictureFolders pictures;                   // photographs and masks
+  std::optional<GeoReference> georeference;  // of the poses' coordinates; none: what the scene says of them
   CellOptions cells;
   FaceOptions faces;  // the mesh's faces that are kept; with pixels, fewer where a bound asks for it: see fewer_faces.h
   CompletionOptions completion;   // the mesh's completion; not with `watch`, for which not all photographs are there

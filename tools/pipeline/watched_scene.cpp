@@ -53,6 +53,7 @@ SceneViews WatchedScene::first_views() {
   }
   SceneViews views{root_, {}};
   for (const ListedView& listed : scene_.listed()) views.views.push_back(listed.view);
+  views.georeference = scene_.georeference();
   return views;
 }
 

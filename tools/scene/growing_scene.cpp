@@ -74,6 +74,7 @@ void GrowingScene::read_list(News& news) {
 void GrowingScene::accept(SceneList list, News& news) {
   listed_ = std::move(list.views);
   notes_ = std::move(list.notes);
+  georeference_ = std::move(list.georeference);
   left_out_ = list.left_out;
   form_ = std::move(list.form);
   read_files_ = list_files_;

@@ -42,6 +42,8 @@ class GrowingScene {
   // Returns the views as the scene lists them now, whether their photographs are there or not; without orientation and
   // mask.
   [[nodiscard]] const std::vector<ListedView>& listed() const { return listed_; }
+  // Returns where the listed views' coordinates lie on the Earth; none: not known.
+  [[nodiscard]] const std::optional<GeoReference>& georeference() const { return georeference_; }
   // Returns sentences about the scene, given that `used` came: the notes of the list, and what the folders hold beside
   // the used photographs, as read_scene_views() says it.
   [[nodiscard]] std::vector<std::string> notes(const std::vector<SceneView>& used) const;
@@ -83,7 +85,8 @@ class GrowingScene {
   PictureFolders folders_;
   std::vector<ListedView> listed_;
   std::vector<std::string> notes_;  // the list's notes
-  std::size_t left_out_ = 0;        // photographs that these tell of
+  std::optional<GeoReference> georeference_;
+  std::size_t left_out_ = 0;  // photographs that these tell of
   std::string form_;
   std::vector<FileState> list_files_;                 // at the last look
   std::optional<std::vector<FileState>> read_files_;  // that listed_ was read from

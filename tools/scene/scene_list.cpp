@@ -16,6 +16,7 @@
 #include "tools/scene/for_each_index.h"
 #include "tools/scene/forms/capture.h"
 #include "tools/scene/forms/capture_forms.h"
+#include "tools/scene/geo_reference.h"
 #include "tools/scene/lenses/undistortion.h"
 #include "tools/scene/picture_shape.h"
 #include "tools/scene/scene_notes.h"
@@ -139,6 +140,15 @@ void scale_lens(ListedView& listed, const ImageSize& size) {
   view.camera.cam_from_world_translation = pose.cam_from_world_translation;
 }
 
+// Takes the georeference from the file beside the scene where the form has none.
+void note_reference_beside(const fs::path& scene, Capture& capture) {
+  if (capture.georeference) return;
+  capture.georeference = reference_beside(scene);
+  if (!capture.georeference) return;
+  capture.notes.push_back("by " + reference_file_beside(scene)->string() + ", its coordinates are " +
+                          text_of(*capture.georeference));
+}
+
 }  // namespace
 
 SceneList list_scene_views(const fs::path& scene, const glm::dvec3& offset, const PictureFolders& folders) {
@@ -150,6 +160,7 @@ SceneList list_scene_views(const fs::path& scene, const glm::dvec3& offset, cons
     lenses.push_back(photograph.bad.empty() ? photograph.lens : any_lens());
   }
   const std::vector<PinholeView> pinholes = pinhole_views(lenses);
+  note_reference_beside(scene, capture);
   SceneList result{capture.form,     std::move(capture.notes),       {}, placed_depths(capture, scene, offset),
                    capture.left_out, std::move(capture.georeference)};
   for (std::size_t i = 0; i < pinholes.size(); ++i) {
@@ -164,6 +175,7 @@ std::vector<fs::path> files_of_list(const fs::path& scene) {
   const std::vector<CaptureForm> forms = forms_in(scene);
   if (forms.empty()) return {};
   std::vector<fs::path> files{forms.front().file};
+  if (const std::optional<fs::path> reference = reference_file_beside(scene)) files.push_back(*reference);
   if (forms.front().name != "COLMAP") return files;
   for (const char* const name : {"cameras.bin", "cameras.txt", "images.bin", "images.txt"}) {
     std::error_code ignored;

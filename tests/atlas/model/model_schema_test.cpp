@@ -113,6 +113,15 @@ json written_extension(const Snapshot& snapshot, bool textured = false) {
   return lumigraph_of(folder.path());
 }
 
+const GeoReference kSchemaOrigin{GeoReference::Frame::east_north_up, 48.2, 16.375, 190.25, {}};
+const GeoReference kSchemaGeocentric{GeoReference::Frame::geocentric, 0, 0, 0, "GEOGCS[\"WGS 84\"]"};
+
+json written_with(const GeoReference& reference) {
+  Snapshot snapshot = small_snapshot();
+  snapshot.georeference = reference;
+  return written_extension(snapshot);
+}
+
 // Returns the properties of a model's chunks, of each the last that has it. All cells fade with the first one.
 json written_chunk(const Snapshot& snapshot) {
   const TemporaryFolder folder;
@@ -139,6 +148,8 @@ TEST_CASE("what is written passes the schema") {
   CHECK(checker.errors(written_extension(Atlas(wall_and_panel(), 2).snapshot())).empty());
   CHECK(checker.errors(written_extension(far_snapshot())).empty());
   CHECK(checker.errors(written_chunk(far_snapshot())).empty());
+  for (const GeoReference& reference : {kSchemaOrigin, kSchemaGeocentric})
+    CHECK(checker.errors(written_with(reference)).empty());
 }
 
 // Names of properties of an object and of the objects in it.
@@ -161,9 +172,11 @@ TEST_CASE("every property of the schema is written, except glTF's own") {
   names_in(written_extension(snapshot, true), written);
   names_in(written_extension(far_snapshot()), written);
   names_in(written_chunk(small_snapshot()), written);
+  for (const GeoReference& reference : {kSchemaOrigin, kSchemaGeocentric}) names_in(written_with(reference), written);
   const json rules = schema();
-  for (const json& object : {rules, rules["$defs"]["view"], rules["properties"]["tiles"],
-                             rules["properties"]["validity"], rules["properties"]["far"], rules["$defs"]["image"]}) {
+  for (const json& object :
+       {rules, rules["$defs"]["view"], rules["properties"]["tiles"], rules["properties"]["validity"],
+        rules["properties"]["far"], rules["properties"]["georeference"], rules["$defs"]["image"]}) {
     for (const auto& [name, part] : object.at("properties").items()) listed.push_back(name);
   }
   for (const std::string& name : listed) {

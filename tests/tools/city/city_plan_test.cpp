@@ -67,6 +67,8 @@ TEST_CASE("A plan that was written is read back whole", "[city_plan]") {
   const CityPlan read = read_city_plan(city.folder.path());
   CHECK(read.scene == std::filesystem::absolute(small_city_scene()).lexically_normal());
   CHECK(read.stamp == city.plan.stamp);
+  REQUIRE(read.georeference);
+  CHECK(read.georeference == city.plan.georeference);
   CHECK(read.usual_distance == city.plan.usual_distance);
   CHECK(read.build.planner.visibility_px == 96);
   CHECK(read.build.max_views == city.plan.build.max_views);
@@ -100,6 +102,7 @@ TEST_CASE("A plan that breaks a rule is refused by file, place and value", "[cit
   CHECK_THAT(refusal_of_plan("/usual_distance", 0), Contains("usual_distance"));
   CHECK_THAT(refusal_of_plan("/build/settings/planner.visibility", "large"),
              Contains("build") && Contains("planner.visibility"));
+  CHECK_THAT(refusal_of_plan("/georeference/latitude", 91), Contains("georeference: is no georeference"));
   CHECK_THAT(refusal_of_plan("/extra", 1), Contains("extra"));
   CHECK_THROWS_WITH(read_city_plan(small_city_scene()), Contains("holds no plan that was finished"));
 }

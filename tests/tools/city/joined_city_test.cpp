@@ -79,6 +79,8 @@ TEST_CASE("A city of one block refers to the photographs that build refers to", 
   REQUIRE(city.plan.blocks.size() == 2);  // and the far sphere
   build_blocks(city.folder.path(), city.plan);
   const Model joined = joined_model(city);
+  REQUIRE(joined.snapshot.georeference);
+  CHECK(joined.snapshot.georeference == city.plan.georeference);
   CHECK(joined.snapshot.surface->far_cells == whole.snapshot.surface->far_cells);
   CHECK(joined.snapshot.surface->mesh.faces.size() == whole.snapshot.surface->mesh.faces.size());
   CHECK(references_by_face(joined.snapshot) == references_by_face(whole.snapshot));

@@ -63,6 +63,20 @@ TEST_CASE("Cut faces are each in one part, and parts are near each other", "[mes
   CHECK(volume < 2 * (box.max.x - box.min.x) * (box.max.y - box.min.y) * (box.max.z - box.min.z));
 }
 
+TEST_CASE("The coarse mesh of pieces is as large as the whole, and the whole where that has few faces",
+          "[mesh_pieces]") {
+  const TemporaryFolder folder;
+  const MeshPieces all(load_soup(small_city_scene(), std::nullopt), 3000, 1'000'000, folder.path());
+  const std::size_t faces = all.coarse().faces.size();
+  CHECK(all.count() > 5);
+  std::size_t sum = 0;
+  for (std::size_t piece = 0; piece < all.count(); ++piece) sum += all.read(piece).faces.size();
+  CHECK(sum == faces);
+  const MeshPieces few(load_soup(small_city_scene(), std::nullopt), 3000, faces / 2, folder.path());
+  CHECK(few.coarse().faces.size() < 0.8 * static_cast<double>(faces));
+  CHECK(scene_diameter(few.coarse()) == Approx(scene_diameter(all.coarse())).epsilon(0.02));
+}
+
 TEST_CASE("A surface that is planned in pieces has no crack where they meet", "[mesh_pieces]") {
   const TemporaryFolder whole, pieces;
   CityOptions options = small_city_options(6000);

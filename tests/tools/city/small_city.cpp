@@ -28,6 +28,7 @@ CityOptions small_city_options(std::size_t block_faces) {
   options.build.refine = RefineMode::none;
   options.build.cells.size = 4;  // few cells take little time
   options.build.planner.visibility_px = 96;
+  options.build.georeference = GeoReference{GeoReference::Frame::east_north_up, 48.2, 16.375, 190, {}};
   options.block_faces = block_faces;
   options.stamp = "blocks of " + std::to_string(block_faces);
   return options;

@@ -76,5 +76,41 @@ TEST_CASE("an OpenSfM scene's place on the Earth is in exports in its axes, and 
   CHECK_THAT(bytes_of(folder / "page" / "index.html"), Catch::Contains(" data-unit=\"m\""));
 }
 
+TEST_CASE("a scene's place on the Earth is in its model, by the option before the file beside the scene") {
+  const TemporaryFolder folder;
+  const fs::path scene = folder / "scene";
+  fs::copy(made().scene, scene, fs::copy_options::recursive);
+  std::ofstream(scene / "reference_lla.json") << R"({"latitude": -33.5, "longitude": 151.25, "altitude": 20})";
+  const auto place_in = [&](const std::string& name, const Arguments& more) {
+    const std::string model = (folder / name).string();
+    Arguments arguments{"build", scene.string(), "-o", model, "--max-views", "2", "--texture", "none"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    const Outcome built = lumatlas_here(arguments);
+    INFO(built.err);
+    REQUIRE(built.status == 0);
+    CHECK_THAT(built.err, Catch::Contains("its coordinates are metres east, north and up of latitude"));
+    const Outcome inspected = lumatlas_here({"inspect", model, "--json"});
+    REQUIRE(inspected.status == 0);
+    const Outcome as_text = lumatlas_here({"inspect", model});
+    CHECK_THAT(as_text.out, Catch::Contains("on Earth   the middle at latitude "));
+    return json::parse(inspected.out)["georeference"];
+  };
+  const json by_file = place_in("by_file", {});
+  CHECK(by_file["latitude"] == -33.5);
+  CHECK(by_file["middle"]["longitude"].get<double>() == Approx(151.25).margin(1e-3));
+  const json by_option = place_in("by_option.glb", {"--georeference", "48.25,-2.125,130.5"});
+  CHECK(by_option["longitude"] == -2.125);
+  CHECK(by_option["middle"]["latitude"].get<double>() == Approx(48.25).margin(1e-3));
+  const std::string bad = (folder / "bad").string();
+  const Outcome refused = lumatlas_here({"build", scene.string(), "-o", bad, "--georeference", "100,0,0"});
+  CHECK(refused.status == 2);
+  CHECK_THAT(refused.err, Catch::Contains("100,0,0 has a latitude beyond 90 degrees"));
+  std::ofstream(scene / "reference_lla.json") << "{}";
+  const Outcome damaged = lumatlas_here({"build", scene.string(), "-o", bad});
+  CHECK(damaged.status == 1);
+  CHECK_THAT(damaged.err, Catch::Contains("reference_lla.json: "));
+  CHECK_FALSE(fs::exists(bad));
+}
+
 }  // namespace
 }  // namespace lumatlas

@@ -85,8 +85,9 @@ void BuildFlags::add_messages_to(CLI::App& command) {
 }
 
 void BuildFlags::add_rare_mesh_options_to(CLI::App& command) {
-  begin_rare_group(command, "a mesh in another frame than the poses, or with holes");
+  begin_rare_group(command, "a mesh in another frame than the poses, or with holes; a place on the Earth");
   mesh_frame.add_to(command);
+  georeference.add_to(command);
   command.add_flag("--any-mesh", options.any_mesh,
                    "Build also where most photographs see next to nothing of the mesh, or it is certainly in another "
                    "frame, rather than refuse");

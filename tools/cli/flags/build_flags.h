@@ -8,6 +8,7 @@
 #include <string>
 
 #include "tools/cli/commands.h"
+#include "tools/cli/flags/georeference_flag.h"
 #include "tools/cli/flags/image_flags.h"
 #include "tools/cli/flags/mesh_frame_flags.h"
 #include "tools/cli/flags/setting_flags.h"
@@ -23,6 +24,7 @@ struct BuildFlags {
   PictureFlags pictures;
   HoldFlags hold;
   MeshFrameFlags mesh_frame;
+  GeoreferenceFlag georeference;
   double loss_db = 0.1;
   std::string budget_size;  // empty: unbounded
   std::string faces;        // empty: none was given

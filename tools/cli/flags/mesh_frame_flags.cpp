@@ -2,30 +2,11 @@
 #include "tools/cli/flags/mesh_frame_flags.h"
 
 #include <CLI/Option.hpp>
-#include <CLI/Validators.hpp>
 #include <algorithm>
-#include <stdexcept>
 
 #include "tools/cli/flags/option_rules.h"
 
 namespace lumatlas {
-
-namespace {
-
-template <typename Parse>
-CLI::Validator mesh_frame_rule(Parse parse) {
-  return {[parse](std::string& text) -> std::string {
-            try {
-              (void)parse(text);
-            } catch (const std::invalid_argument& error) {
-              return error.what();
-            }
-            return {};
-          },
-          ""};
-}
-
-}  // namespace
 
 void MeshFrameFlags::add_to(CLI::App& command, CLI::Option* of) {
   options = {
@@ -37,10 +18,10 @@ void MeshFrameFlags::add_to(CLI::App& command, CLI::Option* of) {
       command
           .add_option("--mesh-axes", axes, "The poses' x, y and z as axes of the mesh: x,-z,y for a mesh that is y up")
           ->type_name("X,Y,Z")
-          ->check(mesh_frame_rule(parse_mesh_axes)),
+          ->check(parsed_by(parse_mesh_axes)),
       command.add_option("--mesh-shift", shift, "Added to the mesh after scale and axes, such as -500000,-4500000,0")
           ->type_name("X,Y,Z")
-          ->check(mesh_frame_rule(parse_mesh_shift))};
+          ->check(parsed_by(parse_mesh_shift))};
   for (CLI::Option* option : options) {
     if (of != nullptr) option->needs(of);
   }

@@ -10,6 +10,7 @@
 #include <cstdint>
 #include <limits>
 #include <optional>
+#include <stdexcept>
 #include <string>
 #include <type_traits>
 #include <utility>
@@ -86,6 +87,20 @@ template <typename Value>
     if (named == value) return name;
   }
   return {};
+}
+
+// What `parse` takes without std::invalid_argument, whose sentence is the complaint. Help says nothing of it.
+template <typename Parse>
+[[nodiscard]] CLI::Validator parsed_by(Parse parse) {
+  return {[parse](std::string& text) -> std::string {
+            try {
+              (void)parse(text);
+            } catch (const std::invalid_argument& error) {
+              return error.what();
+            }
+            return {};
+          },
+          ""};
 }
 
 namespace option_rules {

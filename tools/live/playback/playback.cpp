@@ -153,6 +153,7 @@ void note_source(const PlayedSource& source, const PlaybackRecord& record, Build
   result.skipped = unread_views(record);
   result.scene_notes = source.scene.notes;
   result.georeference = source.scene.georeference;
+  result.snapshot.georeference = result.georeference;
   // The model of a stream that was ended early does not lack the photographs that had not come.
   result.views = record.ended_early ? result.planned.size() : source.scene.views.size();
   result.masked_views = masked_views(source.scene);

@@ -457,9 +457,7 @@ json plan_json(const BuildResult& result) {
     if (!view.verdict.replaced.empty()) entry["in_place_of"] = view.verdict.replaced;
     views.push_back(std::move(entry));
   }
-  json plan{{"views", std::move(views)}};
-  if (result.georeference) plan["georeference"] = json_of(*result.georeference);
-  return plan;
+  return {{"views", std::move(views)}};
 }
 
 }  // namespace lumatlas

@@ -3,14 +3,18 @@
 
 #include <cstdio>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <sstream>
+#include <string>
 
 #include "atlas/model/model_file.h"
 #include "mesh/base/errors.h"
+#include "mesh/base/number_text.h"
 #include "planner/planner.h"
 #include "tools/budget/gpu_budget.h"
 #include "tools/pipeline/output/build_summary.h"
 #include "tools/pipeline/output/model_output.h"
+#include "tools/scene/geo_reference.h"
 
 namespace lumatlas {
 
@@ -96,6 +100,35 @@ json shares_in(const json& plan, const char* name, std::initializer_list<const c
   return shares;
 }
 
+// Returns where the model's coordinates lie on the Earth, and its middle; null: that is not known.
+json georeference_json(const ModelFacts& facts) {
+  if (!facts.georeference) return nullptr;
+  json result = json_of(*facts.georeference);
+  const std::optional<glm::dmat4> geocentric = geocentric_from_scene(*facts.georeference);
+  if (!geocentric) return result;
+  const Bounds box = bounds(near_surface(*facts.surface).mesh);
+  const glm::dvec3 middle = 0.5 * (box.min + box.max) + facts.surface->offset;
+  const GeodeticPoint point = geodetic_of(*geocentric * glm::dvec4(middle, 1));
+  result["middle"] = {
+      {"latitude", point.latitude_deg}, {"longitude", point.longitude_deg}, {"altitude", point.altitude_m}};
+  return result;
+}
+
+std::string georeference_line(const json& georeference) {
+  const std::optional<GeoReference> reference = geo_reference_of(georeference);
+  if (!reference) return {};
+  constexpr int kDigitsOfDegrees = 7, kDigitsOfMetres = 2;  // a centimetre
+  std::string line = "on Earth   ";
+  if (georeference.contains("middle")) {
+    const auto number = [&](const char* name, int digits) {
+      return number_text(georeference["middle"][name].get<double>(), digits);
+    };
+    line += "the middle at latitude " + number("latitude", kDigitsOfDegrees) + ", longitude " +
+            number("longitude", kDigitsOfDegrees) + ", altitude " + number("altitude", kDigitsOfMetres) + " m; ";
+  }
+  return line + "coordinates are " + text_of(*reference) + '\n';
+}
+
 json file_json(const ModelFacts& facts) {
   return {{"path", facts.file.string()},
           {"json", facts.json_bytes},
@@ -150,6 +183,7 @@ json inspect_model(const fs::path& model) {
       {"bytes", {{"resident", bytes_of(facts)}, {"budget", budget_in(notes.options)}}},
       {"gpu", gpu_bytes_json(gpu_bytes_of(facts))},
       {"parsimony", parsimony_in(notes.plan, model)},
+      {"georeference", georeference_json(facts)},
       {"file", file_json(facts)}};
 }
 
@@ -183,6 +217,7 @@ std::string inspection_text(const json& model) {
   text << '\n';
   if (!model["frames"].is_null()) text << "frames     " << frames_text(model["frames"]) << '\n';
   if (!model["trust"].is_null()) text << "trust      " << trust_text(model["trust"]) << '\n';
+  text << georeference_line(model["georeference"]);
   if (!model["parsimony"].is_null()) text << "parsimony  " << parsimony_text(model["parsimony"]) << '\n';
   return text.str();
 }

@@ -10,7 +10,6 @@
 #include "mesh/base/errors.h"
 #include "tools/base/process/interrupt.h"
 #include "tools/base/strict_json.h"
-#include "tools/scene/geo_reference.h"
 
 namespace lumatlas {
 
@@ -69,8 +68,10 @@ ModelNotes read_model_notes(const fs::path& model) {
   return {object_in(object_of_file(folder / kMarkerFile), "options"), object_of_file(folder / kPlanFile)};
 }
 
-std::string length_unit_of(const ModelNotes& notes) {
-  return geo_reference_of(object_in(notes.plan, "georeference")) ? "m" : "";
+std::string length_unit_of(const fs::path& model) {
+  const json document = parse_json(read_model_json(model), model.string());
+  const json lumigraph = object_in(object_in(document, "extensions"), "LUMATLAS_lumigraph");
+  return lumigraph.contains("georeference") ? "m" : "";
 }
 
 std::optional<HoldOut> hold_out_of(const ModelNotes& notes, const fs::path& model) {

@@ -35,8 +35,9 @@ struct ModelNotes {
 // Returns whether the model was built without photographs that were bad: PictureFolders::skip_bad.
 [[nodiscard]] bool skips_bad(const ModelNotes& notes);
 
-// Returns the name of the unit of a model's lengths, "m" where the scene has a place on the Earth; empty: not known.
-[[nodiscard]] std::string length_unit_of(const ModelNotes& notes);
+// Returns the name of the unit of a model's lengths, "m" where its position on the Earth is known; empty: not known.
+// Throws InputError as read_model_json().
+[[nodiscard]] std::string length_unit_of(const std::filesystem::path& model);
 
 // Complete or not at all, as OutputFolder and AtomicFile.
 class ModelOutput {
