@@ -22,7 +22,7 @@ using nlohmann::json;
 
 constexpr std::size_t kMost = std::size_t{1} << 31;
 constexpr int kPlanVersion = 2;
-constexpr std::array kPartsOfPlan{kPlanName, "surface", "blocks", "logs", "stereo", "Snakefile"};
+constexpr std::array kPartsOfPlan{kPlanName, "surface", "blocks", "logs", "costs", "stereo", "Snakefile"};
 
 json numbers_json(const glm::dvec3& v) {
   return {v.x, v.y, v.z};

@@ -21,6 +21,7 @@
 #include "tools/base/process/machine.h"
 #include "tools/city/block_job.h"
 #include "tools/city/block_jobs.h"
+#include "tools/city/job_cost.h"
 #include "tools/city/join_blocks.h"
 #include "tools/city/plan_city.h"
 #include "tools/city/workflow.h"
@@ -111,6 +112,7 @@ CityPlan made_plan(CityFlags& flags, const fs::path& folder) {
                      ": is the plan of other inputs or options: remove it, or give the options that it was made with");
   }
   CityPlan plan = plan_city(flags.source, flags.options, folder, progress_of(flags));
+  write_job_cost(folder, "plan", cost_of_this_process());
   for (const std::string& warning : plan.warnings) std::cerr << "warning: " << warning << '\n';
   return plan;
 }
@@ -142,6 +144,7 @@ void run_job(const CityFlags& flags) {
   std::optional<tbb::global_control> limit;
   if (flags.threads > 0) limit.emplace(tbb::global_control::max_allowed_parallelism, flags.threads);
   const BlockFacts facts = build_block(flags.source, plan, flags.job, progress_of(flags));
+  write_job_cost(flags.source, std::to_string(flags.job), cost_of_this_process());
   const fs::path folder = block_folder(flags.source, flags.job);
   if (flags.json_output) {
     print_result({{"block", flags.job},
@@ -278,7 +281,11 @@ void run(CityFlags& flags) {
   const std::vector<FailedBlock> failed = run_block_jobs(program_file(), folder, plan, flags.jobs, progress_of(flags));
   if (!failed.empty()) refuse_failed(failed, folder);
   join(flags, plan, folder, output);
-  if (!planned) remove_plan(folder);
+  if (planned) {
+    write_job_cost(folder, "join", cost_of_this_process());
+  } else {
+    remove_plan(folder);
+  }
 }
 
 // Runs after byte_size().

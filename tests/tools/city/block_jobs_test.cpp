@@ -5,10 +5,14 @@
 #include <catch2/catch.hpp>
 #include <csignal>
 #include <map>
+#include <optional>
+#include <string>
+#include <vector>
 
 #include "tests/tools/city/small_city.h"
 #include "tests/tools/cli/run_program.h"
 #include "tools/city/block_job.h"
+#include "tools/city/job_cost.h"
 
 namespace lumatlas {
 
@@ -104,6 +108,31 @@ TEST_CASE("A block that fails is named, the others go on, and the next call make
   std::ofstream(photograph, std::ios::binary | std::ios::trunc) << bytes;
   CHECK(run_block_jobs(kProgram, model, plan, 2, {}).empty());
   CHECK(done_in(model).size() == plan.blocks.size());
+}
+
+TEST_CASE("Each job of a plan says what it took", "[block_jobs]") {
+  const TemporaryFolder folder;
+  const fs::path plan = folder / "plan";
+  Arguments planning = city_arguments(small_city_scene(), plan, 1);
+  planning[2] = "--plan";
+  REQUIRE(lumatlas(planning).status == 0);
+  CHECK(read_job_cost(plan, "plan"));
+  CHECK_FALSE(read_job_cost(plan, "join"));
+  REQUIRE(lumatlas({"city", plan.string(), "-o", (folder / "model").string(), "--texture", "0", "--quiet"}).status ==
+          0);
+  std::vector<std::string> jobs{"plan", "join"};
+  for (std::size_t block = 0; block < read_city_plan(plan).blocks.size(); ++block)
+    jobs.push_back(std::to_string(block));
+  CHECK(jobs.size() > 5);
+  for (const std::string& job : jobs) {
+    CAPTURE(job);
+    const std::optional<JobCost> cost = read_job_cost(plan, job);
+    REQUIRE(cost);
+    CHECK(cost->processor_s > 0);
+    CHECK(cost->peak_bytes > 1'000'000);
+    CHECK(cost->read_bytes > 1000);
+    CHECK(cost->written_bytes > 1000);
+  }
 }
 
 TEST_CASE("Options that do not go together are refused before any work", "[block_jobs]") {
