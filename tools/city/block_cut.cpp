@@ -2,12 +2,10 @@
 #include "tools/city/block_cut.h"
 
 #include <algorithm>
-#include <array>
-#include <functional>
 #include <glm/common.hpp>
 #include <limits>
+#include <memory>
 #include <numeric>
-#include <set>
 #include <span>
 #include <utility>
 
@@ -18,24 +16,39 @@ namespace lumatlas {
 
 namespace {
 
-// The photographs in which one cell has most pixels.
+// The photographs in which each cell has most pixels. All entries are in one piece of memory, of which cells that are
+// not seen touch nothing: small pieces would lie between the large ones of meshes that come and go.
 class BestViews {
  public:
-  void offer(std::uint32_t pixels, std::uint32_t view) {
-    if (best_.size() == kViewsPerCell) {
-      if (pixels <= best_.front().first) return;
-      std::pop_heap(best_.begin(), best_.end(), std::greater<>());
-      best_.pop_back();
+  explicit BestViews(std::size_t cells)
+      : entries_(std::make_unique_for_overwrite<Entry[]>(cells * kViewsPerCell)), counts_(cells, 0) {}
+
+  void offer(std::size_t cell, std::uint32_t pixels, std::uint32_t view) {
+    Entry* const best = entries_.get() + cell * kViewsPerCell;  // a heap, the fewest pixels first
+    std::uint8_t& count = counts_[cell];
+    if (count == kViewsPerCell) {
+      if (pixels <= best[0].pixels) return;
+      std::pop_heap(best, best + count, more_pixels);
+      --count;
     }
-    best_.emplace_back(pixels, view);
-    std::push_heap(best_.begin(), best_.end(), std::greater<>());
+    best[count++] = {pixels, view};
+    std::push_heap(best, best + count, more_pixels);
   }
-  void add_to(std::vector<std::size_t>& views) const {
-    for (const auto& [pixels, view] : best_) views.push_back(view);
+  void add_to(std::size_t cell, std::vector<std::size_t>& views) const {
+    const Entry* const best = entries_.get() + cell * kViewsPerCell;
+    for (std::size_t i = 0; i < counts_[cell]; ++i) views.push_back(best[i].view);
   }
 
  private:
-  std::vector<std::pair<std::uint32_t, std::uint32_t>> best_;  // pixels and view, the fewest pixels first
+  struct Entry {
+    std::uint32_t pixels, view;
+  };
+  static bool more_pixels(const Entry& a, const Entry& b) {
+    return a.pixels != b.pixels ? a.pixels > b.pixels : a.view > b.view;
+  }
+
+  std::unique_ptr<Entry[]> entries_;
+  std::vector<std::uint8_t> counts_;
 };
 
 void sort_once(std::vector<std::size_t>& numbers) {
@@ -76,13 +89,12 @@ std::vector<std::size_t> neighbors_in_order(const std::vector<CityView>& views) 
 class Looks {
  public:
   Looks(const SeenCity& city, const CityPlan& plan, const BuildCallback& callback)
-      : city_(city), plan_(plan), before_(plan.views.size()) {
+      : city_(city), plan_(plan), first_cell_(1, 0), before_(plan.views.size()) {
     for (std::size_t chunk = 0; chunk < plan.chunks.size(); ++chunk) {
       chunk_of_face_.insert(chunk_of_face_.end(), plan.chunks[chunk].size.faces, static_cast<std::uint32_t>(chunk));
-      cells_ += plan.chunks[chunk].size.cells;
+      first_cell_.push_back(first_cell_.back() + plan.chunks[chunk].size.cells);
     }
-    best_.resize(cells_ + city.far.cells);
-    pixels_.resize(best_.size(), 0);
+    pixels_.resize(first_cell_.back() + city.far.cells, 0);
     look(callback);
   }
 
@@ -92,44 +104,45 @@ class Looks {
 
   // Returns the chunks that may stand between a view and a chunk.
   [[nodiscard]] std::span<const std::uint32_t> before(std::size_t view, std::size_t chunk) const {
-    const std::vector<Before>& of_view = before_[view];
-    const auto found = std::lower_bound(of_view.begin(), of_view.end(), chunk,
-                                        [](const Before& entry, std::size_t wanted) { return entry.chunk < wanted; });
-    if (found == of_view.end() || found->chunk != chunk) return {};
-    return found->chunks;
+    const Before& of_view = before_[view];
+    const auto found = std::lower_bound(of_view.chunks.begin(), of_view.chunks.end(), chunk);
+    if (found == of_view.chunks.end() || *found != chunk) return {};
+    const auto place = static_cast<std::size_t>(found - of_view.chunks.begin());
+    return std::span(of_view.others).subspan(of_view.first[place], of_view.first[place + 1] - of_view.first[place]);
   }
 
  private:
+  // The chunks that a view may show, ascending, and what stands before each: others[first[i]] to others[first[i + 1]].
   struct Before {
-    std::size_t chunk;
-    std::vector<std::uint32_t> chunks;
+    std::vector<std::uint32_t> chunks, first{0}, others;
   };
 
   void look(const BuildCallback& callback) {
     BuildStage stage(callback, "looking through all cameras", plan_.views.size());
+    BestViews best(pixels_.size());
     VisibilityBuffer buffer;
     for (const std::size_t view : neighbors_in_order(plan_.views)) {
       throw_if_interrupted();
       const Camera camera = plan_.views[view].camera.shrunk_to(plan_.build.planner.visibility_px);
       city_.visibility.trace(camera, buffer);
-      offer(view, buffer);
+      offer(view, buffer, best);
       find_before(view, camera, buffer);
       stage.tick();
     }
     stage.finish();
-    std::size_t cell = 0;
-    const auto views_of = [&](std::size_t cells) {
+    const auto views_of = [&](std::size_t first, std::size_t end) {
       std::vector<std::size_t> views;
-      for (const std::size_t end = cell + cells; cell < end; ++cell) best_[cell].add_to(views);
+      for (std::size_t cell = first; cell < end; ++cell) best.add_to(cell, views);
       sort_once(views);
       return views;
     };
-    for (const CityChunk& chunk : plan_.chunks) views_.push_back(views_of(chunk.size.cells));
-    far_views_ = views_of(city_.far.cells);
-    best_ = {};
+    for (std::size_t chunk = 0; chunk < plan_.chunks.size(); ++chunk) {
+      views_.push_back(views_of(first_cell_[chunk], first_cell_[chunk + 1]));
+    }
+    far_views_ = views_of(first_cell_.back(), pixels_.size());
   }
 
-  void offer(std::size_t view, const VisibilityBuffer& buffer) {
+  void offer(std::size_t view, const VisibilityBuffer& buffer, BestViews& best) {
     std::vector<std::uint32_t> seen;
     for (const FaceId face : buffer.face) {
       if (face == FaceId::none) continue;
@@ -137,16 +150,16 @@ class Looks {
       if (pixels_[cell]++ == 0) seen.push_back(cell);
     }
     for (const std::uint32_t cell : seen) {
-      best_[cell].offer(pixels_[cell], static_cast<std::uint32_t>(view));
+      best.offer(cell, pixels_[cell], static_cast<std::uint32_t>(view));
       pixels_[cell] = 0;
     }
   }
 
   void find_before(std::size_t view, const Camera& camera, const VisibilityBuffer& buffer) {
     std::vector<std::size_t> last(plan_.chunks.size(), plan_.chunks.size());  // the chunk that noted each one last
+    Before found;
     for (std::size_t chunk = 0; chunk < plan_.chunks.size(); ++chunk) {
       const ShownBox shown = shown_box(camera, plan_.chunks[chunk].box);
-      Before entry{chunk, {}};
       for (std::uint32_t y = shown.top; y < shown.bottom; ++y) {
         for (std::uint32_t x = shown.left; x < shown.right; ++x) {
           const std::size_t pixel = std::size_t{y} * camera.width + x;
@@ -155,20 +168,22 @@ class Looks {
           const std::uint32_t there = chunk_of_face_[face];
           if (there == chunk || last[there] == chunk || static_cast<double>(buffer.depth[pixel]) > shown.far) continue;
           last[there] = chunk;
-          entry.chunks.push_back(there);
+          found.others.push_back(there);
         }
       }
-      if (!entry.chunks.empty()) before_[view].push_back(std::move(entry));
+      if (found.others.size() == found.first.back()) continue;
+      found.chunks.push_back(static_cast<std::uint32_t>(chunk));
+      found.first.push_back(static_cast<std::uint32_t>(found.others.size()));
     }
+    before_[view] = found;  // a copy has no room to spare
   }
 
   const SeenCity& city_;
   const CityPlan& plan_;
-  std::size_t cells_ = 0;
   std::vector<std::uint32_t> chunk_of_face_;
-  std::vector<BestViews> best_;              // one per cell
-  std::vector<std::uint32_t> pixels_;        // one per cell, 0 between looks
-  std::vector<std::vector<Before>> before_;  // by view, ascending chunks
+  std::vector<std::size_t> first_cell_;  // of each chunk, and the end
+  std::vector<std::uint32_t> pixels_;    // one per cell, 0 between looks
+  std::vector<Before> before_;           // by view
   std::vector<std::vector<std::size_t>> views_;
   std::vector<std::size_t> far_views_;
 };

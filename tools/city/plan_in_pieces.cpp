@@ -46,7 +46,7 @@ std::size_t faces_of_a_piece(const CityOptions& options) {
 }
 
 std::size_t faces_kept_for_rays(const CityPlan& plan) {
-  return static_cast<std::size_t>(plan.memory / 2 / kBytesOfASeenFace);
+  return static_cast<std::size_t>(plan.memory / 3 / kBytesOfASeenFace);
 }
 
 // The views of a scene and those of them that are offered.

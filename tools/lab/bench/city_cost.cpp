@@ -98,6 +98,7 @@ struct JobFit {
 template <typename Value>
 CostFit fit_of(const std::vector<MeasuredJob>& jobs, Value JobCost::*value) {
   std::vector<CostSample> samples;
+  samples.reserve(jobs.size());
   for (const MeasuredJob& job : jobs) {
     samples.push_back({job.photographs, job.faces, static_cast<double>(job.cost.*value)});
   }

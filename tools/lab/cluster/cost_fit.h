@@ -22,6 +22,6 @@ struct CostFit {
 
 // Returns the fit of least squares, of errors relative to the cost, among those without negative terms. Samples without
 // cost do not count; of none the fit is 0. Terms that the samples cannot tell apart are left out, per_job first.
-[[nodiscard]] CostFit fitted_cost(const std::vector<CostSample>& samples);
+[[nodiscard]] CostFit fitted_cost(const std::vector<CostSample>& given);
 
 }  // namespace lumatlas
