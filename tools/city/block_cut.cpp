@@ -120,15 +120,18 @@ class Looks {
   void look(const BuildCallback& callback) {
     BuildStage stage(callback, "looking through all cameras", plan_.views.size());
     BestViews best(pixels_.size());
-    VisibilityBuffer buffer;
-    for (const std::size_t view : neighbors_in_order(plan_.views)) {
-      throw_if_interrupted();
-      const Camera camera = plan_.views[view].camera.shrunk_to(plan_.build.planner.visibility_px);
-      city_.visibility.trace(camera, buffer);
-      offer(view, buffer, best);
-      find_before(view, camera, buffer);
-      stage.tick();
+    const std::vector<std::size_t> order = neighbors_in_order(plan_.views);
+    std::vector<Camera> cameras;
+    cameras.reserve(order.size());
+    for (const std::size_t view : order) {
+      cameras.push_back(plan_.views[view].camera.shrunk_to(plan_.build.planner.visibility_px));
     }
+    city_.look(cameras, [&](std::size_t number, const VisibilityBuffer& buffer) {
+      throw_if_interrupted();
+      offer(order[number], buffer, best);
+      find_before(order[number], cameras[number], buffer);
+      stage.tick();
+    });
     stage.finish();
     const auto views_of = [&](std::size_t first, std::size_t end) {
       std::vector<std::size_t> views;

@@ -4,6 +4,8 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
+#include <span>
 #include <vector>
 
 #include "mesh/visibility/visibility.h"
@@ -19,9 +21,13 @@ inline constexpr std::size_t kChunksPerBlock = 8;
 // refers to, because several photographs may show the cell from the same side.
 inline constexpr std::size_t kViewsPerCell = 24;
 
-// The whole surface, as cameras see it: the faces of all chunks in their order, then those of the far sphere.
+// Calls use() with the number of each camera and what it sees of a city: the faces of all chunks in their order, then
+// those of the far sphere.
+using LookAtCity = std::function<void(
+    std::span<const Camera> cameras, const std::function<void(std::size_t camera, const VisibilityBuffer& seen)>& use)>;
+
 struct SeenCity {
-  const Visibility& visibility;
+  LookAtCity look;
   std::vector<CellId> cell_of_face;
   ChunkCounts far;  // 0 where there is no far sphere
 };

@@ -190,12 +190,19 @@ PiecewiseModel JoinedCity::model() {
   const ChunkedSurface first = surface_.read(std::vector<std::size_t>{0});
   surface.offset = first.surface.offset;
   surface.before_far = depth_before_far(with_far_sphere(first.surface, far_));
-  surface.next = [this] {
-    SurfacePiece made = piece(next_block_++);
-    if (options_.texture_px > 0) add_textures(made);
-    return made;
-  };
+  surface.next = [this] { return next_piece(); };
   return model;
+}
+
+SurfacePiece JoinedCity::next_piece() {
+  const bool has_far = plan_.blocks.back().far;
+  const std::size_t count = plan_.blocks.size() - (has_far ? 1 : 0);
+  if (next_block_ == 0) writing_.emplace(callback_, "writing blocks", count);
+  SurfacePiece made = piece(next_block_++);
+  if (options_.texture_px > 0) add_textures(made);
+  writing_->tick();
+  if (next_block_ == count) writing_->finish();
+  return made;
 }
 
 // Returns the block's own chunks, then those near enough for their cells to fade into its own.

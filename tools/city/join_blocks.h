@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <glm/gtc/type_precision.hpp>
+#include <optional>
 #include <vector>
 
 #include "atlas/images/pixel_buffer.h"
@@ -50,6 +51,7 @@ class JoinedCity {
 
   void read_blocks(const BuildCallback& callback);
   void find_chunks();
+  [[nodiscard]] SurfacePiece next_piece();
   [[nodiscard]] SurfacePiece piece(std::size_t block) const;
   [[nodiscard]] std::vector<std::size_t> chunks_around(std::size_t block) const;
   void add_tables(const std::vector<std::size_t>& chunks, SurfacePiece& piece) const;
@@ -60,6 +62,7 @@ class JoinedCity {
   const CityPlan& plan_;
   JoinOptions options_;
   BuildCallback callback_;
+  std::optional<BuildStage> writing_;
   CitySurface surface_;
   FarSphere far_;
   ValidityOptions validity_;

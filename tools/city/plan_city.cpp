@@ -6,6 +6,7 @@
 #include <memory>
 #include <numeric>
 #include <set>
+#include <span>
 #include <utility>
 
 #include "planner/surface_distance.h"
@@ -90,8 +91,15 @@ void plan_whole(const fs::path& scene, const CityOptions& options, const fs::pat
   plan.chunks = describe_chunks(city);
   const Surface surface = with_far_sphere(city.surface, city.far);
   const std::unique_ptr<Visibility> visibility = make_ray_visibility(surface.mesh);
-  cut_into_blocks({*visibility, surface.cells.cell_of_face, {surface.far_cells, surface.far_faces}},
-                  options.block_faces, callback, plan);
+  const LookAtCity look = [&](std::span<const Camera> cameras, const auto& use) {
+    VisibilityBuffer buffer;
+    for (std::size_t camera = 0; camera < cameras.size(); ++camera) {
+      visibility->trace(cameras[camera], buffer);
+      use(camera, buffer);
+    }
+  };
+  cut_into_blocks({look, surface.cells.cell_of_face, {surface.far_cells, surface.far_faces}}, options.block_faces,
+                  callback, plan);
 }
 
 }  // namespace

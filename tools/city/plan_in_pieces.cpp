@@ -14,7 +14,7 @@
 #include "mesh/base/temporary_entry.h"
 #include "mesh/face_geometry.h"
 #include "mesh/readers/mesh_file.h"
-#include "mesh/visibility/piecewise_visibility.h"
+#include "mesh/visibility/piecewise_looks.h"
 #include "mesh/visibility/ray_visibility.h"
 #include "planner/surface_distance.h"
 #include "tools/base/process/interrupt.h"
@@ -39,14 +39,16 @@ namespace fs = std::filesystem;
 constexpr std::uint64_t kBytesOfMakingAFace = 1200;
 // What a face takes that rays are cast at, bytes.
 constexpr std::uint64_t kBytesOfASeenFace = 200;
+// The share of the memory that pictures of cameras take, one in so many bytes.
+constexpr std::uint64_t kPictureShare = 4;
 
 std::size_t faces_of_a_piece(const CityOptions& options) {
   if (options.piece_faces > 0) return options.piece_faces;
   return static_cast<std::size_t>(options.memory / 2 / kBytesOfMakingAFace);
 }
 
-std::size_t faces_kept_for_rays(const CityPlan& plan) {
-  return static_cast<std::size_t>(plan.memory / 3 / kBytesOfASeenFace);
+std::size_t faces_of_the_coarse_mesh(const CityPlan& plan) {
+  return static_cast<std::size_t>(plan.memory / 4 / kBytesOfASeenFace);
 }
 
 // The views of a scene and those of them that are offered.
@@ -171,9 +173,11 @@ void find_blocks(const FarSphere& far, const CityOptions& options, const fs::pat
   }
   for (const CellId cell : far.cells.cell_of_face) cell_of_face.emplace_back(cells + cell);
   if (!far.mesh.faces.empty()) pieces.push_back({bounds(far.mesh), far.mesh.faces.size(), [far] { return far.mesh; }});
-  const PiecewiseVisibility visibility(std::move(pieces), faces_kept_for_rays(plan));
-  cut_into_blocks({visibility, std::move(cell_of_face), {far.cells.cells.size(), far.mesh.faces.size()}},
-                  options.block_faces, callback, plan);
+  const LookAtCity look = [&](std::span<const Camera> cameras, const auto& use) {
+    look_at_pieces(pieces, cameras, plan.memory / kPictureShare, use, throw_if_interrupted);
+  };
+  cut_into_blocks({look, std::move(cell_of_face), {far.cells.cells.size(), far.mesh.faces.size()}}, options.block_faces,
+                  callback, plan);
 }
 
 }  // namespace
@@ -193,7 +197,7 @@ void plan_in_pieces(const fs::path& scene, const CityOptions& options, const fs:
     BuildStage stage(callback, "cutting the mesh into pieces", 0);
     // The scene is judged by its coarse surface, which is in memory whole.
     const MeshPieces pieces(load_soup(scene, build.mesh, build.mesh_frame.value_or(MeshFrame{})),
-                            faces_of_a_piece(options), faces_kept_for_rays(plan) / 2, scratch.path());
+                            faces_of_a_piece(options), faces_of_the_coarse_mesh(plan), scratch.path());
     stage.finish();
     plan.warnings = pieces.facts().warnings;
     {

@@ -1,13 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "mesh/visibility/piecewise_visibility.h"
+#include "mesh/visibility/piecewise_looks.h"
 
-#include <atomic>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <glm/glm.hpp>
 #include <glm/gtc/quaternion.hpp>
 #include <random>
-#include <thread>
+#include <stdexcept>
+#include <vector>
 
 #include "mesh/visibility/shown_box.h"
 
@@ -60,21 +60,37 @@ Mesh joined_mesh(const std::vector<Mesh>& meshes) {
   return all;
 }
 
-std::vector<MeshPiece> pieces_of(const std::vector<Mesh>& meshes) {
+// Counts how often each piece was loaded.
+struct CountedPieces {
   std::vector<MeshPiece> pieces;
-  for (const Mesh& mesh : meshes) pieces.push_back({bounds(mesh), mesh.faces.size(), [&mesh] { return mesh; }});
-  return pieces;
-}
+  std::vector<int> loads;
 
-TEST_CASE("a mesh in pieces looks as it does in one, however many pieces are kept") {
+  explicit CountedPieces(const std::vector<Mesh>& meshes) : loads(meshes.size(), 0) {
+    for (std::size_t i = 0; i < meshes.size(); ++i) {
+      pieces.push_back({bounds(meshes[i]), meshes[i].faces.size(), [this, i, mesh = meshes[i]] {
+                          ++loads[i];
+                          return mesh;
+                        }});
+    }
+  }
+  CountedPieces(const CountedPieces&) = delete;
+  CountedPieces& operator=(const CountedPieces&) = delete;
+};
+
+TEST_CASE("a mesh in pieces looks as it does in one, however many pictures are held") {
   const std::vector<Mesh> meshes = clouds();
   const std::unique_ptr<Visibility> whole = make_ray_visibility(joined_mesh(meshes));
-  for (const std::size_t most_faces : {std::size_t{0}, std::size_t{130}, std::size_t{100'000}}) {
-    const PiecewiseVisibility pieces(pieces_of(meshes), most_faces);
-    std::size_t seen = 0;
-    for (int look = 0; look < 24; ++look) {
-      const Camera camera = camera_in_a_town(0.5 * look, {4.0 * std::sin(0.9 * look), 0.2, 4.0 * std::cos(1.7 * look)});
-      const VisibilityBuffer expected = whole->trace(camera), found = pieces.trace(camera);
+  std::vector<Camera> cameras;
+  for (int look = 0; look < 24; ++look) {
+    cameras.push_back(camera_in_a_town(0.5 * look, {4.0 * std::sin(0.9 * look), 0.2, 4.0 * std::cos(1.7 * look)}));
+  }
+  constexpr std::uint64_t kPicture = 64 * 48 * 8;
+  for (const std::uint64_t bytes : {std::uint64_t{0}, 5 * kPicture, 100 * kPicture}) {
+    CountedPieces counted(meshes);
+    std::size_t next = 0, seen = 0;
+    look_at_pieces(counted.pieces, cameras, bytes, [&](std::size_t camera, const VisibilityBuffer& found) {
+      REQUIRE(camera == next++);
+      const VisibilityBuffer expected = whole->trace(cameras[camera]);
       REQUIRE(found.width == expected.width);
       REQUIRE(found.height == expected.height);
       for (std::size_t pixel = 0; pixel < expected.face.size(); ++pixel) {
@@ -82,10 +98,11 @@ TEST_CASE("a mesh in pieces looks as it does in one, however many pieces are kep
         REQUIRE(found.depth[pixel] == expected.depth[pixel]);
         seen += expected.face[pixel] != FaceId::none ? 1 : 0;
       }
-    }
+    });
+    CHECK(next == cameras.size());
     CHECK(seen > 20'000);
-    if (most_faces > 1000) CHECK(pieces.loads() <= meshes.size());  // each once
-    if (most_faces == 0) CHECK(pieces.loads() > 3 * meshes.size());
+    const int rounds = bytes == 0 ? 24 : bytes == 5 * kPicture ? 5 : 1;
+    for (const int loads : counted.loads) CHECK(loads <= rounds);
   }
 }
 
@@ -95,30 +112,24 @@ TEST_CASE("pieces behind what a camera sees, and beside its image, are not loade
   wall.faces = {{0, 1, 2}};
   Mesh behind = wall;
   for (glm::vec3& position : behind.positions) position = {0.1f * position.x, 0.1f * position.y, 9};
-  const std::vector<Mesh> meshes{behind, cloud(7, {0, 0, -50}), wall};
-  const PiecewiseVisibility pieces(pieces_of(meshes), 1000);
-  const VisibilityBuffer seen = pieces.trace(camera_in_a_town(0, {0, 0, 0}));
-  CHECK(seen.face[64 * 24 + 32] == FaceId(61));
-  CHECK(pieces.loads() == 1);
+  CountedPieces counted({wall, behind, cloud(7, {0, 0, -50})});
+  const std::vector<Camera> cameras{camera_in_a_town(0, {0, 0, 0})};
+  look_at_pieces(counted.pieces, cameras, 0,
+                 [](std::size_t, const VisibilityBuffer& seen) { CHECK(seen.face[64 * 24 + 32] == FaceId(0)); });
+  CHECK(counted.loads == std::vector<int>{1, 0, 0});
 }
 
-TEST_CASE("several threads look at pieces at once") {
-  const std::vector<Mesh> meshes = clouds();
-  const PiecewiseVisibility pieces(pieces_of(meshes), 130);
-  const std::unique_ptr<Visibility> whole = make_ray_visibility(joined_mesh(meshes));
-  std::atomic<int> wrong = 0;
-  {
-    std::vector<std::jthread> threads;
-    for (int thread = 0; thread < 4; ++thread) {
-      threads.emplace_back([&, thread] {
-        for (int look = 0; look < 12; ++look) {
-          const Camera camera = camera_in_a_town(0.7 * look + thread, {thread - 2.0, 0, 1});
-          if (pieces.trace(camera).face != whole->trace(camera).face) ++wrong;
-        }
-      });
-    }
-  }
-  CHECK(wrong == 0);
+TEST_CASE("looks at pieces can be stopped, and refuse a bad camera") {
+  CountedPieces counted(clouds());
+  std::vector<Camera> cameras{camera_in_a_town(0, {0, 0, 0})};
+  const auto use = [](std::size_t, const VisibilityBuffer&) {};
+  int ticks = 0;
+  const Tick stop = [&] {
+    if (++ticks == 3) throw std::runtime_error("stopped");
+  };
+  CHECK_THROWS_AS(look_at_pieces(counted.pieces, cameras, 0, use, stop), std::runtime_error);
+  cameras.front().fx = -1;
+  CHECK_THROWS_AS(look_at_pieces(counted.pieces, cameras, 0, use), std::invalid_argument);
 }
 
 TEST_CASE("a box is shown where its corners are, with its depths") {
