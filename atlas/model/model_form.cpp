@@ -98,6 +98,7 @@ class SurfaceWriter {
     std::size_t faces = 0;  // of its chunks
     Mesh mesh;              // the chunks' surface, or what stands in for it
     double error = 0;       // by which that is off, scene units
+    CoarseSource source = CoarseSource::surface;
   };
 
   // Returns a tile without content of its own, which its chunks have.
@@ -123,6 +124,7 @@ class SurfaceWriter {
     }
     parent.faces += child.faces;
     parent.error = std::max(parent.error, child.error);
+    if (child.source == CoarseSource::coarse_surfaces) parent.source = child.source;
     if (options_.coarse_faces > 0) append(child.mesh, parent.mesh);
   }
 
@@ -135,7 +137,7 @@ class SurfaceWriter {
 
   // Writes the coarse surface of a tile, and puts it in the place of the tile's mesh.
   [[nodiscard]] TileContent put_coarse(WrittenTile& tile, FormPart part) const {
-    CoarseSurface coarse = coarse_surface(tile.mesh, options_.coarse_faces);
+    CoarseSurface coarse = coarse_surface(tile.mesh, options_.coarse_faces, tile.source);
     coarse.error += tile.error;
     GltfBuilder gltf(options_.packed);
     add_coarse_surface(gltf, coarse, step_);
@@ -144,6 +146,7 @@ class SurfaceWriter {
     content.geometric_error = geometric_error(coarse);
     tile.mesh = std::move(coarse.mesh);
     tile.error = coarse.error;
+    tile.source = CoarseSource::coarse_surfaces;
     return content;
   }
 

@@ -19,7 +19,7 @@ namespace {
 constexpr double kMostError = 0.02;  // share of the mesh's extent
 
 // The mesh in about `faces` faces; parts that do not hang together may be joined.
-CoarseSurface clustered(const Mesh& mesh, std::size_t faces, double extent) {
+CoarseSurface clustered(const Mesh& mesh, std::size_t faces, double extent, double most_error) {
   std::vector<std::uint32_t> all;
   all.reserve(3 * mesh.faces.size());
   for (const glm::uvec3& face : mesh.faces) all.insert(all.end(), {face.x, face.y, face.z});
@@ -27,7 +27,7 @@ CoarseSurface clustered(const Mesh& mesh, std::size_t faces, double extent) {
   float error = 0;  // share of the mesh's extent
   corners.resize(meshopt_simplifySloppy(corners.data(), all.data(), all.size(), &mesh.positions[0].x,
                                         mesh.positions.size(), sizeof(glm::vec3), 3 * faces,
-                                        static_cast<float>(kMostError), &error));
+                                        static_cast<float>(most_error), &error));
   constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
   std::vector<std::uint32_t> number(mesh.positions.size(), kNone);
   CoarseSurface result;
@@ -66,14 +66,16 @@ bool needs_coarse_surface(std::size_t faces, std::size_t coarse_faces) {
   return coarse_faces > 0 && faces > coarse_faces && faces - coarse_faces > coarse_faces;
 }
 
-CoarseSurface coarse_surface(const Mesh& mesh, std::size_t faces) {
+CoarseSurface coarse_surface(const Mesh& mesh, std::size_t faces, CoarseSource source) {
   // Where vertices are split, as at the borders of cells, the surface has no border.
   const Mesh colored{mesh.positions, mesh.colors, joined_faces(mesh)};
   const Bounds box = bounds(mesh);
   const double extent = std::max({box.max.x - box.min.x, box.max.y - box.min.y, box.max.z - box.min.z});
   SimplifiedMesh few = simplified(colored, {kMostError * extent, faces});
   // A surface in many small pieces, or with many borders, has edges that may not go.
-  if (few.mesh.faces.size() > 2 * faces) return clustered(colored, faces, extent);
+  if (few.mesh.faces.size() > 2 * faces) {
+    return clustered(colored, faces, extent, source == CoarseSource::surface ? kMostError : 1);
+  }
   return {std::move(few.mesh), few.distance};
 }
 

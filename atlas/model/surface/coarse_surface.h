@@ -22,8 +22,12 @@ struct CoarseSurface {
 // as many.
 [[nodiscard]] bool needs_coarse_surface(std::size_t faces, std::size_t coarse_faces);
 
+// What a coarse surface is made from: a surface, or coarse surfaces side by side, whose borders do not meet exactly.
+enum class CoarseSource { surface, coarse_surfaces };
+
 // Returns the mesh with its vertex colours (one per vertex, sRGB) in about `faces` faces. More faces stay where fewer
-// would close its holes. The same bytes for the same input.
-[[nodiscard]] CoarseSurface coarse_surface(const Mesh& mesh, std::size_t faces);
+// would close the holes of a surface. The same bytes for the same input.
+[[nodiscard]] CoarseSurface coarse_surface(const Mesh& mesh, std::size_t faces,
+                                           CoarseSource source = CoarseSource::surface);
 
 }  // namespace lumatlas
