@@ -15,4 +15,12 @@ inline void keep_freed_memory() {
   mallopt(M_TRIM_THRESHOLD, 256 << 20);
 }
 
+// Call it where memory counts more than that time: what is freed from now on in pieces of 128 KiB and more goes back to
+// the system at once, instead of lying between what is kept.
+inline void return_freed_memory() {
+  mallopt(M_MMAP_THRESHOLD, 128 << 10);
+  mallopt(M_TRIM_THRESHOLD, 128 << 10);
+  malloc_trim(0);
+}
+
 }  // namespace lumatlas

@@ -14,6 +14,7 @@
 
 #include "atlas/images/pixel_memory.h"
 #include "mesh/base/errors.h"
+#include "mesh/base/freed_memory.h"
 #include "mesh/base/temporary_entry.h"
 #include "mesh/base/whole_file.h"
 #include "tools/base/output_folder.h"
@@ -224,6 +225,7 @@ void join(const CityFlags& flags, const CityPlan& plan, const fs::path& folder, 
   const ImageCoding photographs = flags.images.coding();
   const PixelMemoryBound memory(std::min(usual_pixel_memory(), plan.memory / kPixelShare),
                                 scratch_folder_for(output.target()));
+  return_freed_memory();
   const ModelNotes notes{notes_of(plan, photographs), json::object()};
   JoinOptions options;
   if (!output.is_one_file()) options.texture_px = flags.texture_px;
