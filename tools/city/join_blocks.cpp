@@ -162,6 +162,11 @@ void JoinedCity::read_blocks(const BuildCallback& callback) {
     stage.tick();
   }
   stage.finish();
+  std::vector<std::vector<ViewSlot>> slots;
+  for (Snapshot& part : parts) {
+    slots.push_back(views.slots_of(part));
+    part.views.clear();
+  }
   views.fill(whole_);
   whole_.georeference = plan_.georeference;
   const auto any = [&](auto table) {
@@ -174,7 +179,7 @@ void JoinedCity::read_blocks(const BuildCallback& callback) {
     append_own(part.cell_seen, block, whole_.cell_seen);
     if (covered) append_own(part.cell_coverage, block, whole_.cell_coverage);
     if (deviates) append_own(part.cell_deviation, block, whole_.cell_deviation);
-    append_references(part.references, block, views.slots_of(part), whole_.references);
+    append_references(part.references, block, slots[number], whole_.references);
     part = {};
   }
 }

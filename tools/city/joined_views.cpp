@@ -161,18 +161,19 @@ std::shared_ptr<const StoredView> JoinedViews::joined(const View& view) const {
   return std::make_shared<const StoredView>(StoredView{first.name, camera, std::move(photograph), std::move(mask)});
 }
 
-void JoinedViews::fill(Snapshot& snapshot) const {
+void JoinedViews::fill(Snapshot& snapshot) {
   snapshot.views.clear();
   snapshot.gains.clear();
   snapshot.tiles = {};
   snapshot.tiles.options = layout_;
   std::uint32_t next = 0;
-  for (const auto& [name, view] : views_) {
+  for (auto& [name, view] : views_) {
     snapshot.views.push_back(joined(view));
     snapshot.gains.push_back(view.gain);
+    const std::vector<Part> parts = std::move(view.parts);
     if (layout_.whole_views()) continue;
-    std::vector<std::uint8_t> tiles(view.parts.front().resident.size(), 0);
-    for (const Part& part : view.parts) tiles = either(std::move(tiles), part.resident);
+    std::vector<std::uint8_t> tiles(parts.front().resident.size(), 0);
+    for (const Part& part : parts) tiles = either(std::move(tiles), part.resident);
     snapshot.tiles.first_tile.push_back(static_cast<std::uint32_t>(snapshot.tiles.slots.size()));
     for (const std::uint8_t there : tiles) {
       snapshot.tiles.slots.push_back(there != 0 ? TilePlace(next++) : TilePlace::none);

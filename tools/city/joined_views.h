@@ -19,8 +19,9 @@ class JoinedViews {
   // std::invalid_argument for a view that another model has at another pose, or tiles of another size.
   void add(const Snapshot& part);
 
-  // Fills views, gains and tiles of a snapshot, in the order of the names.
-  void fill(Snapshot& snapshot) const;
+  // Fills views, gains and tiles of a snapshot, in the order of the names. Call it once: it gives back each view that
+  // was added once that is joined.
+  void fill(Snapshot& snapshot);
   // Returns the slot in that order of each view slot of a model that was added; ViewSlot::none for one that is free.
   [[nodiscard]] std::vector<ViewSlot> slots_of(const Snapshot& part) const;
 

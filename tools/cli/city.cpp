@@ -223,7 +223,8 @@ std::uintmax_t bytes_on_disk(const fs::path& model) {
 
 void join(const CityFlags& flags, const CityPlan& plan, const fs::path& folder, ModelOutput& output) {
   const ImageCoding photographs = flags.images.coding();
-  const PixelMemoryBound memory(std::min(usual_pixel_memory(), plan.memory / kPixelShare),
+  // Tables of the whole city take memory beside pixels, which jobs do not have.
+  const PixelMemoryBound memory(std::min(usual_pixel_memory(), plan.memory / (2 * kPixelShare)),
                                 scratch_folder_for(output.target()));
   return_freed_memory();
   const ModelNotes notes{notes_of(plan, photographs), json::object()};
