@@ -39,7 +39,8 @@ struct PiecewiseSurface {
 };
 
 struct PiecewiseModel {
-  // Of it views, gains, tiles and references count, the last of all cells. Each view has a resident tile.
+  // Has the model's views, gains and tiles, and the references of all its cells. The writer reads no other table of it.
+  // Each view has a resident tile.
   Snapshot whole;
   PiecewiseSurface surface;
 };

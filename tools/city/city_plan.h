@@ -27,7 +27,7 @@ namespace lumatlas {
 
 inline constexpr const char* kPlanName = "plan.json";
 
-// The share of a plan's memory that holds pixels of photographs and masks, one in so many bytes (PixelMemoryBound).
+// A job keeps pixels of photographs and masks in at most the plan's memory divided by this (PixelMemoryBound).
 inline constexpr std::uint64_t kPixelShare = 4;
 inline constexpr std::uint64_t kLeastBlockMemory = std::uint64_t{512} << 20;  // bytes
 

@@ -39,7 +39,7 @@ namespace fs = std::filesystem;
 constexpr std::uint64_t kBytesOfMakingAFace = 1200;
 // What a face takes that rays are cast at, bytes.
 constexpr std::uint64_t kBytesOfASeenFace = 200;
-// The share of the memory that pictures of cameras take, one in so many bytes.
+// Pictures of cameras take at most the plan's memory divided by this.
 constexpr std::uint64_t kPictureShare = 4;
 
 std::size_t faces_of_a_piece(const CityOptions& options) {

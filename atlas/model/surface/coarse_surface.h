@@ -18,8 +18,8 @@ struct CoarseSurface {
 // here, so that the error is 16 times their usual distance, or what the surface moved if that is more.
 [[nodiscard]] double geometric_error(const CoarseSurface& coarse);
 
-// Returns whether a surface of so many faces should have a coarse one of about `coarse_faces`: it has more than twice
-// as many.
+// Returns whether a surface of `faces` faces needs a coarse surface: whether it has more than twice `coarse_faces`. It
+// needs none where `coarse_faces` is 0.
 [[nodiscard]] bool needs_coarse_surface(std::size_t faces, std::size_t coarse_faces);
 
 // What a coarse surface is made from: a surface, or coarse surfaces side by side, whose borders do not meet exactly.
