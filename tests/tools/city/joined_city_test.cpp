@@ -11,7 +11,7 @@
 #include "mesh/base/errors.h"
 #include "tests/tools/city/small_city.h"
 #include "tools/city/block_job.h"
-#include "tools/city/join_blocks.h"
+#include "tools/city/joining/join_blocks.h"
 #include "tools/pipeline/build_model.h"
 
 namespace lumatlas {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "tools/city/mesh_pieces.h"
+#include "tools/city/planning/mesh_pieces.h"
 
 #include <algorithm>
 #include <array>
@@ -10,9 +10,9 @@
 
 #include "tests/support/temporary_folder.h"
 #include "tests/tools/city/small_city.h"
-#include "tools/city/block_cut.h"
 #include "tools/city/city_surface.h"
-#include "tools/city/plan_city.h"
+#include "tools/city/planning/block_cut.h"
+#include "tools/city/planning/plan_city.h"
 
 namespace lumatlas {
 

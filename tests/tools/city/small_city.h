@@ -7,7 +7,7 @@
 #include <string>
 
 #include "tests/support/temporary_folder.h"
-#include "tools/city/plan_city.h"
+#include "tools/city/planning/plan_city.h"
 
 namespace lumatlas {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "tools/city/chunk_texture.h"
+#include "tools/city/joining/chunk_texture.h"
 
 #include <algorithm>
 #include <limits>

@@ -6,8 +6,8 @@
 #include <cstddef>
 
 #include "mesh/cells/cells.h"
-#include "tools/city/block_cut.h"
 #include "tools/city/city_plan.h"
+#include "tools/city/planning/block_cut.h"
 #include "tools/scene/scene.h"
 
 namespace lumatlas {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "tools/city/plan_in_pieces.h"
+#include "tools/city/planning/plan_in_pieces.h"
 
 #include <algorithm>
 #include <cmath>
@@ -18,10 +18,10 @@
 #include "mesh/visibility/ray_visibility.h"
 #include "planner/surface_distance.h"
 #include "tools/base/process/interrupt.h"
-#include "tools/city/block_cut.h"
-#include "tools/city/city_cells.h"
 #include "tools/city/city_surface.h"
-#include "tools/city/mesh_pieces.h"
+#include "tools/city/planning/block_cut.h"
+#include "tools/city/planning/city_cells.h"
+#include "tools/city/planning/mesh_pieces.h"
 #include "tools/inspection/blind_views.h"
 #include "tools/inspection/mesh_diagnosis.h"
 #include "tools/pipeline/refinement/lens_notes.h"

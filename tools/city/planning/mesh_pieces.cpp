@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "tools/city/mesh_pieces.h"
+#include "tools/city/planning/mesh_pieces.h"
 
 #include <algorithm>
 #include <cmath>

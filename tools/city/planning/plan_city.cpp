@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "tools/city/plan_city.h"
+#include "tools/city/planning/plan_city.h"
 
 #include <algorithm>
 #include <map>
@@ -10,10 +10,10 @@
 #include <utility>
 
 #include "planner/surface_distance.h"
-#include "tools/city/block_cut.h"
-#include "tools/city/city_cells.h"
 #include "tools/city/city_surface.h"
-#include "tools/city/plan_in_pieces.h"
+#include "tools/city/planning/block_cut.h"
+#include "tools/city/planning/city_cells.h"
+#include "tools/city/planning/plan_in_pieces.h"
 #include "tools/pipeline/build_model.h"
 #include "tools/stereo/scene_stereo.h"
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "tools/city/joined_views.h"
+#include "tools/city/joining/joined_views.h"
 
 #include <algorithm>
 #include <limits>

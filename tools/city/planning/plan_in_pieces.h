@@ -6,7 +6,7 @@
 #include <filesystem>
 
 #include "tools/budget/build_progress.h"
-#include "tools/city/plan_city.h"
+#include "tools/city/planning/plan_city.h"
 
 namespace lumatlas {
 

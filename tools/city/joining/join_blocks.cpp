@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "tools/city/join_blocks.h"
+#include "tools/city/joining/join_blocks.h"
 
 #include <algorithm>
 #include <memory>
@@ -14,8 +14,8 @@
 #include "mesh/base/errors.h"
 #include "tools/base/process/interrupt.h"
 #include "tools/city/block_job.h"
-#include "tools/city/chunk_texture.h"
-#include "tools/city/joined_views.h"
+#include "tools/city/joining/chunk_texture.h"
+#include "tools/city/joining/joined_views.h"
 
 namespace lumatlas {
 

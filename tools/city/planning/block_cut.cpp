@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "tools/city/block_cut.h"
+#include "tools/city/planning/block_cut.h"
 
 #include <algorithm>
 #include <glm/common.hpp>
