@@ -220,11 +220,32 @@ json put_images(const ModelParts& model, const PutFormFile& put, const Tick& tic
   return images;
 }
 
+// Moves the views and their images into a file of their own. The properties keep the view where a visitor begins, with
+// the poster as its image.
+void put_views(json& properties, const PutFormFile& put) {
+  json images = std::move(properties["images"]), views = std::move(properties["views"]);
+  json poster = std::move(images.back());
+  images.erase(images.size() - 1);
+  json start = views[properties["firstView"].get<std::size_t>()];
+  for (const char* kind : {"lensMask", "trustMask", "mask", "thumbnail"}) start.erase(kind);
+  start["image"] = 0;
+  const std::string text = json{{"images", std::move(images)}, {"views", std::move(views)}}.dump() + "\n";
+  const std::span bytes(reinterpret_cast<const std::uint8_t*>(text.data()), text.size());
+  const std::string name = put({"views", ".json", "application/json", FormPart::views, bytes});
+  properties.erase("views");
+  properties["images"] = {std::move(poster)};
+  properties["poster"] = 0;
+  properties["start"] = std::move(start);
+  properties["viewFile"] = {{"uri", name}, {"byteLength", text.size()}};
+}
+
 // Writes the images of a model, then its surface, and returns the text of the tileset.
 std::string write_parts(ModelParts model, ChunkSource& source, const FormOptions& options, const PutFormFile& put,
                         const Tick& tick) {
   json images = put_images(model, put, tick);
   if (!images.empty()) model.properties["images"] = std::move(images);
+  const bool is_long = model.properties.contains("views") && model.properties["views"].size() > options.listed_views;
+  if (is_long) put_views(model.properties, put);
   const ModelTile root = SurfaceWriter(model, options, put, source).write();
   if (tick) tick();
   return tileset_json(model.snapshot, model.offset, root, std::move(model.properties)).dump(options.packed ? -1 : 1) +

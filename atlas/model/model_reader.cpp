@@ -42,7 +42,9 @@ class ModelReader {
       : tileset_(std::move(tileset)),
         files_(opened(surfaces)),
         whole_file_(tileset_ ? static_cast<const FieldReader&>(*tileset_) : files_.front()->gltf()),
-        whole_(tileset_ ? tileset_->lumigraph() : files_.front()->lumigraph()) {
+        whole_(tileset_ ? tileset_->lumigraph() : files_.front()->lumigraph()),
+        view_file_(tileset_ ? tileset_->view_file() : whole_file_),
+        view_lists_(tileset_ ? tileset_->view_lists() : whole_) {
     require_version(whole_file_, whole_);
     for (const auto& file : files_) require_version(file->gltf(), file->lumigraph());
   }
@@ -81,8 +83,10 @@ class ModelReader {
 
   std::unique_ptr<TilesetFile> tileset_;
   std::vector<std::unique_ptr<SurfaceFile>> files_;  // the surfaces, in the order of the tileset
-  const FieldReader& whole_file_;                    // the file of the whole model, which lists the views
+  const FieldReader& whole_file_;                    // the file of the whole model
   const GltfFile::Object& whole_;                    // the whole model's, in whole_file_
+  const FieldReader& view_file_;                     // which lists the views
+  const GltfFile::Object& view_lists_;               // in view_file_
 };
 
 ValidityOptions ModelReader::validity() const {
@@ -174,13 +178,13 @@ TileTable ModelReader::tiles(const std::vector<ViewEntry>& views) const {
 
 Camera ModelReader::camera(const GltfFile::Object& view, const std::string& where) const {
   constexpr std::uint32_t kMaxSide = 65536;
-  const std::vector<double> focal = whole_file_.numbers(view, where, "focalLength", 2);
-  const std::vector<double> principal = whole_file_.numbers(view, where, "principalPoint", 2);
-  const std::vector<double> rotation = whole_file_.numbers(view, where, "rotation", 9);
-  const std::vector<double> translation = whole_file_.numbers(view, where, "translation", 3);
+  const std::vector<double> focal = view_file_.numbers(view, where, "focalLength", 2);
+  const std::vector<double> principal = view_file_.numbers(view, where, "principalPoint", 2);
+  const std::vector<double> rotation = view_file_.numbers(view, where, "rotation", 9);
+  const std::vector<double> translation = view_file_.numbers(view, where, "translation", 3);
   Camera camera;
-  camera.width = whole_file_.whole_number(view, where, "width", 1, kMaxSide);
-  camera.height = whole_file_.whole_number(view, where, "height", 1, kMaxSide);
+  camera.width = view_file_.whole_number(view, where, "width", 1, kMaxSide);
+  camera.height = view_file_.whole_number(view, where, "height", 1, kMaxSide);
   camera.fx = focal[0];
   camera.fy = focal[1];
   camera.cx = principal[0];
@@ -196,21 +200,21 @@ Camera ModelReader::camera(const GltfFile::Object& view, const std::string& wher
     check(camera);
     check_model_ranges(camera);
   } catch (const std::invalid_argument& error) {
-    whole_file_.refuse(where + ": " + error.what());
+    view_file_.refuse(where + ": " + error.what());
   }
   return camera;
 }
 
 GltfImage ModelReader::image(const GltfFile::Object& view, const std::string& where, const char* name) const {
-  const std::uint32_t number = whole_file_.whole_number(view, where, name, 0, kMostIndex);
-  return tileset_ ? tileset_->image(number) : files_.front()->gltf().image(number);
+  const std::uint32_t number = view_file_.whole_number(view, where, name, 0, kMostIndex);
+  return tileset_ ? tileset_->view_image(number) : files_.front()->gltf().image(number);
 }
 
 ViewEntry ModelReader::view_entry(const GltfFile::Object& view, const std::string& where) const {
   ViewEntry entry;
-  entry.name = whole_file_.text(view, where, "name");
+  entry.name = view_file_.text(view, where, "name");
   entry.camera = camera(view, where);
-  const std::vector<double> gain = whole_file_.numbers(view, where, "gain", 3, kLeastExposureGain, kMostExposureGain);
+  const std::vector<double> gain = view_file_.numbers(view, where, "gain", 3, kLeastExposureGain, kMostExposureGain);
   entry.gain = {gain[0], gain[1], gain[2]};
   entry.image = image(view, where, "image");
   if (view.Has("lensMask")) entry.lens_mask = image(view, where, "lensMask");
@@ -222,9 +226,9 @@ ViewEntry ModelReader::view_entry(const GltfFile::Object& view, const std::strin
 
 std::vector<ViewEntry> ModelReader::view_entries() const {
   std::vector<ViewEntry> entries;
-  if (!whole_.Has("views")) return entries;  // glTF has no empty arrays
-  const GltfFile::Object& views = whole_.Get("views");
-  if (!views.IsArray()) whole_file_.refuse("\"views\" is not an array");
+  if (!view_lists_.Has("views")) return entries;  // glTF has no empty arrays
+  const GltfFile::Object& views = view_lists_.Get("views");
+  if (!views.IsArray()) view_file_.refuse("\"views\" is not an array");
   for (std::size_t index = 0; index < views.ArrayLen(); ++index) {
     entries.push_back(view_entry(views.Get(static_cast<int>(index)), "view " + std::to_string(index)));
   }
@@ -247,7 +251,7 @@ void ModelReader::require_own_images(const std::vector<ViewEntry>& entries) cons
     } else if (files.insert(entry.image.file.lexically_normal()).second) {
       continue;
     }
-    whole_file_.refuse("two views have the photograph " + entry.image.file.string() + ", each must have its own");
+    view_file_.refuse("two views have the photograph " + entry.image.file.string() + ", each must have its own");
   }
 }
 
@@ -287,7 +291,7 @@ Model ModelReader::model() const {
   for (const ViewEntry& entry : entries) snapshot.gains.push_back(entry.gain);
   model.times.tables = watch.lap_ms();
   snapshot.views =
-      read_views(entries, whole_file_.path(), snapshot.surface->mesh, snapshot.tiles, model.validity, model.times);
+      read_views(entries, view_file_.path(), snapshot.surface->mesh, snapshot.tiles, model.validity, model.times);
   leave_out_views_without_tiles(snapshot);
   model.times.views = watch.lap_ms();
   return model;
@@ -325,7 +329,10 @@ std::vector<std::string> ModelReader::files_beside() const {
 // The sizes of the poster and of the coarse surfaces.
 std::uint64_t ModelReader::other_preview_bytes() const {
   std::uint64_t bytes = 0;
-  if (whole_.Has("poster")) bytes += bytes_of(image(whole_, kLumigraphExtension, "poster"));
+  if (whole_.Has("poster")) {
+    const std::uint32_t number = whole_file_.whole_number(whole_, kLumigraphExtension, "poster", 0, kMostIndex);
+    bytes += bytes_of(tileset_ ? tileset_->image(number) : files_.front()->gltf().image(number));
+  }
   if (!tileset_) return bytes;
   for (const std::filesystem::path& file : tileset_->coarse()) bytes += bytes_of(GltfImage{file, {}});
   return bytes;
@@ -352,6 +359,7 @@ ModelFacts ModelReader::facts() const {
   }
   facts.json = tileset_ ? tileset_->json() : json_of(whole_file_.path());
   facts.json_bytes = tileset_ ? facts.json.size() : 0;
+  if (&view_file_ != &whole_file_) facts.json_bytes += bytes_of(GltfImage{view_file_.path(), {}});
   for (const auto& file : files_) facts.json_bytes += json_of(file->gltf().path()).size();
   facts.uris = files_beside();
   for (const GltfImage& image : textures(joined)) facts.texture_bytes += bytes_of(image);

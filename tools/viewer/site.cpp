@@ -216,6 +216,7 @@ class SiteWriter {
     form.packed = true;
     form.chunk_faces = options_.chunk_faces;
     form.coarse_faces = options_.coarse_faces;
+    form.listed_views = options_.listed_views;
     const std::string tileset = write_form(
         snapshot_, options_.validity, form, [this](const FormFile& file) { return take(file); }, tick_);
     facts_.scene_bytes += tileset.size();
@@ -243,6 +244,7 @@ class SiteWriter {
         return facts_.mask_bytes;
       case FormPart::surface:
       case FormPart::texture:
+      case FormPart::views:
         break;
     }
     return facts_.mesh_bytes;

@@ -33,6 +33,7 @@ struct SiteOptions {
   std::uint32_t most_side_px = kMostSidePx;               // photographs with a longer side are scaled, all alike
   std::size_t chunk_faces = FormOptions{}.chunk_faces;    // most faces of a chunk of the surface
   std::size_t coarse_faces = FormOptions{}.coarse_faces;  // of a coarse surface
+  std::size_t listed_views = FormOptions{}.listed_views;  // most views that the tileset lists itself
 };
 
 // The model that a page shows.
@@ -55,7 +56,7 @@ struct SiteFacts {
   std::uint64_t page_bytes = 0;        // HTML, script, style, shaders
   std::uint64_t other_page_bytes = 0;  // script and shaders under the names that other pages know
   std::uint64_t scene_bytes = 0;       // the tileset, the coarse surface and the poster: the first picture
-  std::uint64_t mesh_bytes = 0;        // the surface, with cells and references
+  std::uint64_t mesh_bytes = 0;        // the surface, with cells and references, and the views' file
   std::uint64_t photograph_bytes = 0;  // photographs and thumbnails
   std::uint64_t mask_bytes = 0;
   std::uint32_t views = 0;

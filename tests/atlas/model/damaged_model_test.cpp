@@ -189,6 +189,59 @@ TEST_CASE("a tileset that is damaged, or names what is not its own, is refused i
                     folder.path().string() + ": is a model that an older lumatlas made, build it again");
 }
 
+TEST_CASE("a damaged file of views is refused by its name") {
+  const TemporaryFolder folder;
+  write_model(folder.path(), small_snapshot(), {}, {.listed_views = 1});
+  const json tileset = json::parse(bytes_of(folder / "tileset.json"));
+  const auto sentence = [&] {
+    try {
+      (void)read_model(folder.path());
+    } catch (const InputError& error) {
+      const std::string said = error.what(), start = folder.path().string() + "/";
+      return said.starts_with(start) ? said.substr(start.size()) : said;
+    }
+    return std::string("accepted");
+  };
+  CHECK(sentence() == "accepted");
+  const std::string name = tileset["extensions"]["LUMATLAS_lumigraph"]["viewFile"]["uri"];
+  const std::string good = bytes_of(folder / name);
+  const auto with_text = [&](const std::string& text) {
+    (void)folder.with_file(name, text);
+    return sentence();
+  };
+  const auto with = [&](const std::string& place, const json& value) {
+    json damaged = json::parse(good);
+    damaged[json::json_pointer(place)] = value;
+    return with_text(damaged.dump());
+  };
+  CHECK(with("/views/1/image", 99) == name + ": image 99 does not exist");
+  CHECK(with("/views/1/width", 0) == name + ": view 1: \"width\" is 0, must be in [1, 65536]");
+  CHECK(with("/views", 3) == name + ": \"views\" is not an array");
+  CHECK(with("/images/0/uri", "../a.png") ==
+        name + ": image 0 has the path \"../a.png\", must lie in the model's own folder");
+  CHECK(with_text("[]") == name + ": is no object that lists \"views\"");
+  CHECK(with_text("") == name + ": is empty");
+  CHECK(with_text("{}") != "accepted");  // the chunks refer to views
+  CHECK(with_text(std::string(1000, '[') + std::string(1000, ']')) ==
+        name + ": nests its values 1000 deep, must be at most 64");
+  for (std::size_t length = 0; length + 2 < good.size(); length += 13) {
+    CHECK(with_text(good.substr(0, length)) != "accepted");
+  }
+  fs::remove(folder / name);
+  CHECK(sentence() == name + ": no such file");
+
+  const auto with_uri = [&](const std::string& uri) {
+    json damaged = tileset;
+    damaged["extensions"]["LUMATLAS_lumigraph"]["viewFile"]["uri"] = uri;
+    (void)folder.with_file("tileset.json", damaged.dump());
+    return sentence();
+  };
+  const std::string must = ", must be the name of a file beside it";
+  CHECK(with_uri("../views.json") == "tileset.json: \"viewFile\" is '../views.json'" + must);
+  CHECK(with_uri("/dev/zero") == "tileset.json: \"viewFile\" is '/dev/zero'" + must);
+  CHECK(with_uri("") == "tileset.json: \"viewFile\" is ''" + must);
+}
+
 TEST_CASE("links that lead out of a model's folder are not followed, others are") {
   const TemporaryFolder elsewhere;
   DamagedModel model;

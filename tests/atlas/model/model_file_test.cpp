@@ -196,6 +196,33 @@ TEST_CASE("a model in tiles reads back: which are there, their pixels, and black
   CHECK(black > 0);
 }
 
+TEST_CASE("a model lists many views in a file of their own, and reads back as with a few") {
+  const TemporaryFolder few, many;
+  const Snapshot snapshot = small_snapshot({}, {8, 2, 0});
+  write_model(few.path(), snapshot, kValidity);
+  write_model(many.path(), snapshot, kValidity, {.listed_views = 1});
+  const nlohmann::json listed = lumigraph_of(few.path()), apart = lumigraph_of(many.path());
+  CHECK_FALSE(listed.contains("viewFile"));
+  CHECK_FALSE(apart.contains("views"));
+  const fs::path list = many.path() / apart.at("viewFile").at("uri").get<std::string>();
+  CHECK(fs::file_size(list) == apart.at("viewFile").at("byteLength"));
+  const nlohmann::json lists = json_of(list);
+  CHECK(lists.at("views") == listed.at("views"));
+  CHECK(lists.at("images").size() + 1 == listed.at("images").size());
+  CHECK(apart.at("images") == nlohmann::json::array({listed.at("images").back()}));
+  CHECK(apart.at("images").at(apart.at("start").at("image").get<std::size_t>()) == apart.at("images").at(0));
+  CHECK(apart.at("start").at("name") == listed.at("views").at(listed.at("firstView").get<std::size_t>()).at("name"));
+  check_same(read_model(few.path()).snapshot, read_model(many.path()).snapshot);
+  CHECK(read_model(few.path()).snapshot.tiles.slots == read_model(many.path()).snapshot.tiles.slots);
+
+  const ModelFacts facts = read_model_facts(many.path()), of_few = read_model_facts(few.path());
+  CHECK(facts.uris.size() == of_few.uris.size() + 1);
+  CHECK(std::count(facts.uris.begin(), facts.uris.end(), list.filename().string()) == 1);
+  CHECK(facts.photograph_bytes == of_few.photograph_bytes);
+  CHECK(facts.preview_bytes == of_few.preview_bytes);
+  CHECK(facts.json_bytes >= facts.json.size() + fs::file_size(list));
+}
+
 TEST_CASE("a model is read from its folder or from its file") {
   const TemporaryFolder folder;
   write_model(folder.path(), small_snapshot(), {});

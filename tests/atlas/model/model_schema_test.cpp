@@ -105,11 +105,13 @@ CellShares own_shares(const Surface& surface) {
   return shares;
 }
 
-json written_extension(const Snapshot& snapshot, bool textured = false) {
+json written_extension(const Snapshot& snapshot, bool textured = false, std::size_t listed_views = 200) {
   const TemporaryFolder folder;
   const BaseTexture texture = small_texture(*snapshot.surface);
   const CellShares shares = own_shares(*snapshot.surface);
-  write_model(folder.path(), snapshot, {}, {.texture = textured ? &texture : nullptr, .shares = &shares});
+  FormOptions form{.texture = textured ? &texture : nullptr, .shares = &shares};
+  form.listed_views = listed_views;
+  write_model(folder.path(), snapshot, {}, form);
   return lumigraph_of(folder.path());
 }
 
@@ -145,6 +147,7 @@ TEST_CASE("what is written passes the schema") {
   CHECK(checker.errors(written_extension(small_snapshot())).empty());
   CHECK(checker.errors(written_extension(small_snapshot({}, {8, 2, 0}))).empty());
   CHECK(checker.errors(written_extension(small_snapshot(), true)).empty());
+  CHECK(checker.errors(written_extension(small_snapshot(), true, 1)).empty());
   CHECK(checker.errors(written_extension(Atlas(wall_and_panel(), 2).snapshot())).empty());
   CHECK(checker.errors(written_extension(far_snapshot())).empty());
   CHECK(checker.errors(written_chunk(far_snapshot())).empty());
@@ -170,13 +173,15 @@ TEST_CASE("every property of the schema is written, except glTF's own") {
   snapshot.cell_coverage.assign(snapshot.cell_seen.size(), 0.5f);
   snapshot.cell_deviation.assign(snapshot.cell_seen.size(), 0.5f);
   names_in(written_extension(snapshot, true), written);
+  names_in(written_extension(snapshot, true, 1), written);
   names_in(written_extension(far_snapshot()), written);
   names_in(written_chunk(small_snapshot()), written);
   for (const GeoReference& reference : {kSchemaOrigin, kSchemaGeocentric}) names_in(written_with(reference), written);
   const json rules = schema();
   for (const json& object :
        {rules, rules["$defs"]["view"], rules["properties"]["tiles"], rules["properties"]["validity"],
-        rules["properties"]["far"], rules["properties"]["georeference"], rules["$defs"]["image"]}) {
+        rules["properties"]["far"], rules["properties"]["georeference"], rules["properties"]["viewFile"],
+        rules["$defs"]["image"]}) {
     for (const auto& [name, part] : object.at("properties").items()) listed.push_back(name);
   }
   for (const std::string& name : listed) {

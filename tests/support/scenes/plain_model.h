@@ -17,7 +17,7 @@ namespace lumatlas {
 
 // A text with names of files in it, all of which lose their content.
 inline std::string without_content(const std::string& text) {
-  static const std::regex content("-[0-9a-f]{16}(\\.(png|jpg|bin|glb))");
+  static const std::regex content("-[0-9a-f]{16}(\\.(png|jpg|bin|glb|json))");
   return std::regex_replace(text, content, "$1");
 }
 

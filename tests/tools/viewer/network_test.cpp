@@ -130,9 +130,9 @@ TEST_CASE("what is never to be had is replaced by the next best, and told") {
 
 // The site of the same model in `kManyChunks` or more.
 constexpr std::size_t kManyChunks = 10;
-std::vector<SiteFile> site_in_chunks() {
+std::vector<SiteFile> site_in_chunks(std::size_t listed_views = SiteOptions{}.listed_views) {
   for (std::size_t faces = 1000;; faces = faces * 3 / 4) {
-    std::vector<SiteFile> files = site_files(site_model(), faces, 2 * faces);
+    std::vector<SiteFile> files = site_files(site_model(), faces, 2 * faces, listed_views);
     const auto is_surface = [](const SiteFile& file) { return file.name.starts_with("surface-"); };
     if (static_cast<std::size_t>(std::count_if(files.begin(), files.end(), is_surface)) >= kManyChunks) return files;
   }
@@ -235,6 +235,47 @@ TEST_CASE("chunks come nearest first, show the picture of one chunk, and the coa
   CHECK(said.at("hole-photographs") == "12");
   CHECK(said.at("hole-later") == " true");
   CHECK(std::stod(said.at("hole-later-psnr")) > 60);
+}
+
+TEST_CASE("a page shows the coarse surface from the first view before it knows the others") {
+  std::vector<SiteFile> files = sites_and_test("network_test.html", {});
+  std::string list;
+  for (const SiteFile& file : site_in_chunks(kSiteViews - 1)) {
+    files.push_back(in_folder("listed", file));
+    if (file.name.starts_with("views-")) list = file.name;
+  }
+  const json good = parsed(file_named(files, "good/tileset.json"));
+  SiteFile coarse = file_named(files, "good/" + good["root"]["content"]["uri"].get<std::string>());
+  coarse.name = "listed/coarse.glb";
+  files.push_back(coarse);
+  SiteFile& manifest = file_named(files, "listed/tileset.json");
+  json tileset = parsed(manifest);
+  tileset["root"]["content"] = good["root"]["content"];
+  tileset["root"]["content"]["uri"] = "coarse.glb";
+  store(manifest, tileset);
+  REQUIRE_FALSE(list.empty());
+  CHECK(file_named(files, "listed/" + list).bytes.size() ==
+        tileset["extensions"]["LUMATLAS_lumigraph"]["viewFile"]["byteLength"]);
+  std::mutex mutex;
+  bool is_mended = false;
+  int before = 0;  // files of chunks and photographs that were asked for before the list was there
+  const Network network = [&](const std::string& name) -> Trouble {
+    const std::lock_guard lock(mutex);
+    if (name == kMended) is_mended = true;
+    if (!is_mended && (name.starts_with("listed/surface-") || name.starts_with("listed/images/"))) ++before;
+    return {name == "listed/" + list && !is_mended ? Kind::refused : Kind::none, {}};
+  };
+  const Said said = said_in_browser(files, "/test.html#listed", network);
+  if (said.empty()) return;
+  CHECK(problem_of(said) == "");
+  REQUIRE(said.contains("listed-psnr"));
+  CHECK(said.at("listed-line") == "The list of photographs is missing: " + list +
+                                      " cannot be loaded: the server says 503. What is there is shown, and the page "
+                                      "tries again.");
+  CHECK(std::stod(said.at("listed-colours")) > 30);  // all of the surface is the coarse one; black would be 7 dB
+  CHECK(before == 0);
+  CHECK(said.at("listed-later") == " 12 views, 12 photographs, told of a new version once");
+  CHECK(std::stod(said.at("listed-psnr")) > 60);
 }
 
 TEST_CASE("chunks that do not fit give way to those that the camera needs") {

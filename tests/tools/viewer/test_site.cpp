@@ -65,12 +65,14 @@ std::vector<SiteFile> test_page_files(const std::string& html) {
           text_file("test_page.js", "text/javascript", bytes_of(folder + "test_page.js"))};
 }
 
-std::vector<SiteFile> site_files(const Snapshot& model, std::size_t chunk_faces, std::size_t coarse_faces) {
+std::vector<SiteFile> site_files(const Snapshot& model, std::size_t chunk_faces, std::size_t coarse_faces,
+                                 std::size_t listed_views) {
   std::vector<SiteFile> files;
   SiteOptions options;
   options.photographs.format = ImageFormat::png;
   options.chunk_faces = chunk_faces;
   options.coarse_faces = coarse_faces;
+  options.listed_views = listed_views;
   write_site(model, options, [&](SiteFile file) { files.push_back(std::move(file)); });
   return files;
 }

@@ -33,7 +33,8 @@ inline constexpr std::size_t kNewPoses = 10;     // poses between and beyond the
 // The site of a model, with photographs as PNG, so that pictures can be compared without JPEG's noise.
 [[nodiscard]] std::vector<SiteFile> site_files(const Snapshot& model = site_model(),
                                                std::size_t chunk_faces = SiteOptions{}.chunk_faces,
-                                               std::size_t coarse_faces = SiteOptions{}.coarse_faces);
+                                               std::size_t coarse_faces = SiteOptions{}.coarse_faces,
+                                               std::size_t listed_views = SiteOptions{}.listed_views);
 
 [[nodiscard]] SiteFile in_folder(const std::string& folder, SiteFile file);
 

@@ -122,6 +122,14 @@ export interface ModelProperties {
   poster?: number;
   images?: {uri: string, byteLength: number}[];
   views?: (ViewProperties | null)[];
+  start?: ViewProperties;  // the first view, where the views are listed in a file of their own
+  viewFile?: {uri: string, byteLength: number};
+}
+
+// What a model's file of views lists.
+export interface ViewLists {
+  images: {uri: string, byteLength: number}[];
+  views: ViewProperties[];
 }
 
 export interface Tile {
@@ -209,6 +217,7 @@ export interface Scene {
   photographed: {cosine: number; enlargement: number; share: number};
   first_view: number;
   poster: string | null;
+  view_file: string | null;  // lists the views, of which only the first is known yet
   views: (View | null)[];  // one per view slot
 }
 

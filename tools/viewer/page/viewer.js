@@ -7,7 +7,7 @@ import {FetchFailure} from './reading/fetching.js';
 import {ContextLost, Fence} from './drawing/gl_objects.js';
 import {makeLayout} from './drawing/layout.js';
 import {Losses} from './reading/losses.js';
-import {loadColors, loadMesh, loadScene, loadShaders, loadTables, viewsOf} from './reading/model.js';
+import {loadColors, loadMesh, loadScene, loadShaders, loadTables, viewsOf, withAllViews} from './reading/model.js';
 import {Navigation} from './navigation.js';
 import {texelForm} from './drawing/photograph_forms.js';
 import {Photographs} from './drawing/photographs.js';
@@ -284,9 +284,13 @@ export class Viewer {
   }
 
   async loadMissing() {
+    const {coarse, mesh: {chunks, file}} = this.scene;
+    if (coarse && !this.hasMesh) await this.loadMesh('coarse', coarse);
+    if (!await this.loadViews()) {
+      if (this.losses.anyGone()) await this.takeNewest();
+      return;
+    }
     const {scene} = this;
-    const {chunks, file} = scene.mesh;
-    if (scene.coarse && !this.hasMesh) await this.loadMesh('coarse', scene.coarse);
     if (chunks) {
       await this.loadChunks(chunks);
     } else {
@@ -296,6 +300,20 @@ export class Viewer {
     }
     if (this.meshFile === file) this.losses.clearPart('coarse');
     if (this.losses.anyGone()) await this.takeNewest();
+  }
+
+  // Learns all views, where the first one alone is known. False: their list cannot be had yet.
+  async loadViews() {
+    const {scene, renderer} = this;
+    if (scene.view_file === null) return true;
+    const whole = await this.attempt('views', () => withAllViews(this.files, scene));
+    this.expect(renderer);
+    if (!whole) return false;
+    this.opened.scene = renderer.scene = whole;
+    if (this.chunks) this.chunks.scene = whole;
+    this.navigation.follow(whole);
+    this.followed();
+    return true;
   }
 
   // Draws chunks as they come, and photographs as soon as there is one.
@@ -392,7 +410,10 @@ export class Viewer {
   // Returns the model as the server has it now; null: it cannot be had.
   /** @param {boolean} anew @returns {Promise<Scene | null>} */
   async newScene(anew) {
-    const scene = await this.attempt('version', () => loadScene(this.files, this.file, this.opened.shaders, anew));
+    const scene = await this.attempt('version', async () => {
+      const listed = await loadScene(this.files, this.file, this.opened.shaders, anew);
+      return withAllViews(this.files, listed);
+    });
     if (scene) scene.version = this.scene.version;
     return scene;
   }

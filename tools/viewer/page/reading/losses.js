@@ -5,6 +5,7 @@
 // Parts of the model, in the order in which they are told.
 const PARTS = {
   scene: 'the model',
+  views: 'the list of photographs',
   mesh: 'the fine mesh',
   chunk: 'a part of the fine mesh',
   coarse: 'the coarse mesh',

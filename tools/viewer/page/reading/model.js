@@ -8,7 +8,7 @@ import {primitivesOf, propertiesOf, residentTiles, tableAccessors, tablesOf} fro
 /** @import {SiteFiles} from './site_files.js' */
 /**
  * @import {
- *   Mesh, MeshFile, ModelProperties, Scene, Shaders, Tables, Tile, Tileset, View, ViewProperties,
+ *   Mesh, MeshFile, ModelProperties, Scene, Shaders, Tables, Tile, Tileset, View, ViewLists, ViewProperties,
  * } from '../types.d.ts'
  */
 
@@ -60,6 +60,13 @@ function inverseDepth(views) {
   return depths.length > 0 ? 1 / depths[depths.length >> 1] : 0;
 }
 
+// Returns the views that a tileset lists; where it names a file of them, the first one alone, in its place.
+/** @param {ModelProperties} properties @param {(number: number) => string} image @returns {(View | null)[]} */
+function listedViews({views = [], firstView = 0, start}, image) {
+  if (!start) return views.map((view) => view && viewOf(view, image));
+  return [...Array(firstView).fill(null), viewOf(start, image)];
+}
+
 /**
  * @param {ModelProperties} properties
  * @param {Shaders} shaders
@@ -67,14 +74,15 @@ function inverseDepth(views) {
  * @returns {Scene}
  */
 function sceneOf(properties, shaders, {image, diagonal, mesh, coarse}) {
-  const views = (properties.views ?? []).map((view) => view && viewOf(view, image));
+  const views = listedViews(properties, image);
   const levels = levelsOf(properties);
   return {
     version: null, blend: shaders.blend, photographed: shaders.photographed, mesh, coarse,
     tile: properties.tiles?.size ?? TILE, levels, cubic_levels: levelsOfGutter(properties) - 1,
     near_depth: NEAR_SHARE * diagonal, depth_before_far: properties.depthBeforeFar ?? FARTHEST,
     inverse_depth: inverseDepth(views), up: properties.up ?? [0, 1, 0], first_view: properties.firstView ?? 0,
-    poster: properties.poster === undefined ? null : image(properties.poster), views,
+    poster: properties.poster === undefined ? null : image(properties.poster),
+    view_file: properties.viewFile?.uri ?? null, views,
   };
 }
 
@@ -118,6 +126,19 @@ async function surfaceOf(files, {chunks, between}) {
   return new Chunks(sources, boxes, bytes, standIns).described();
 }
 
+/** @param {SiteFiles} files @param {{uri: string, byteLength: number}[]} listed */
+function noteSizes(files, listed) {
+  for (const {uri, byteLength} of listed) files.sizes[uri] = byteLength;
+}
+
+// Returns the names of images by their numbers.
+/** @param {string} file @param {{uri: string}[]} images */
+const namesOf = (file, images) => (/** @type {number} */ number) => {
+  const image = images[number];
+  if (!image) throw new Error(`${file} has no image ${number}`);
+  return image.uri;
+};
+
 /** @param {SiteFiles} files @param {string} name @param {Shaders} shaders @param {boolean} anew */
 async function tilesetScene(files, name, shaders, anew) {
   /** @type {Tileset} */
@@ -129,14 +150,10 @@ async function tilesetScene(files, name, shaders, anew) {
   for (const {content} of [root, ...tiles.chunks, ...tiles.between.map(({tile}) => tile)]) {
     if (content?.extras) files.sizes[content.uri] = content.extras.byteLength;
   }
-  for (const {uri, byteLength} of properties.images ?? []) files.sizes[uri] = byteLength;
+  noteSizes(files, [...properties.images ?? [], ...properties.viewFile ? [properties.viewFile] : []]);
   const {box} = root.boundingVolume;
   return sceneOf(properties, shaders, {
-    image: (number) => {
-      const image = properties.images?.[number];
-      if (!image) throw new Error(`${name} has no image ${number}`);
-      return image.uri;
-    },
+    image: namesOf(name, properties.images ?? []),
     diagonal: 2 * Math.hypot(box[3], box[7], box[11]),
     mesh: await surfaceOf(files, tiles),
     coarse: isWhole || !root.content ? null : await new SurfaceSource(files, root.content.uri).described(),
@@ -163,6 +180,19 @@ async function glbScene(files, name, shaders, anew) {
 /** @param {SiteFiles} files @param {string} name @param {Shaders} shaders @returns {Promise<Scene>} */
 export async function loadScene(files, name, shaders, anew = false) {
   return name.endsWith('.glb') ? glbScene(files, name, shaders, anew) : tilesetScene(files, name, shaders, anew);
+}
+
+// Returns the scene with all of its views, for which it reads their file if there is one.
+/** @param {SiteFiles} files @param {Scene} scene @returns {Promise<Scene>} */
+export async function withAllViews(files, scene) {
+  const name = scene.view_file;
+  if (name === null) return scene;
+  /** @type {ViewLists} */
+  const lists = await files.json(name);
+  noteSizes(files, lists.images);
+  const views = lists.views.map((view) => viewOf(view, namesOf(name, lists.images)));
+  if (!views[scene.first_view]) throw new Error(`${name} lists ${views.length} views, too few`);
+  return {...scene, view_file: null, views, inverse_depth: inverseDepth(views)};
 }
 
 // Tells texts apart.
