@@ -36,6 +36,7 @@
 #include "tools/pipeline/output/model_output.h"
 #include "tools/pipeline/surface/baked_texture.h"
 #include "tools/scene/scene_list.h"
+#include "tools/texture/layout/texture_layout.h"
 
 namespace lumatlas {
 
@@ -194,7 +195,7 @@ std::optional<BakedTexture> texture_of(const CityFlags& flags, const Snapshot& s
   if (flags.texture_px == 0) return std::nullopt;
   try {
     return bake_texture(snapshot, flags.texture_px, progress_of(flags));
-  } catch (const InputError& error) {
+  } catch (const ChartsDoNotFit& error) {
     std::cerr << "warning: other programs show averaged colours instead of a texture: " << error.what() << '\n';
     return std::nullopt;
   }

@@ -22,6 +22,7 @@
 #include "tools/pipeline/streaming.h"
 #include "tools/pipeline/watched_scene.h"
 #include "tools/surface/surface_input.h"
+#include "tools/texture/layout/texture_layout.h"
 
 namespace lumatlas {
 
@@ -239,7 +240,7 @@ void add_texture(const BuildCallback& callback, BuildResult& result) {
   if (!result.options.texture_px || !stored) return;
   try {
     result.texture = bake_texture(result.snapshot, *result.options.texture_px, callback);
-  } catch (const InputError& error) {
+  } catch (const ChartsDoNotFit& error) {
     add_warning(std::string("other programs show averaged colours instead of a texture: ") + error.what(), result);
   }
 }

@@ -44,7 +44,7 @@ class TexturedMesh {
  public:
   // Lays the texture out. Keeps the snapshot. With photographs `offered` they give the colours too, else only what is
   // in the snapshot does. Throws std::invalid_argument for bad options or a snapshot that does not pass check(),
-  // InputError where the charts do not fit (lay_out()).
+  // ChartsDoNotFit.
   TexturedMesh(const Snapshot& snapshot, const TextureOptions& options, OfferedPhotographs offered = {});
 
   [[nodiscard]] const Mesh& mesh() const { return snapshot_.surface->mesh; }

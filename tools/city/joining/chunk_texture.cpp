@@ -6,8 +6,8 @@
 #include <span>
 #include <utility>
 
-#include "mesh/base/errors.h"
 #include "tools/pipeline/surface/baked_texture.h"
+#include "tools/texture/layout/texture_layout.h"
 
 namespace lumatlas {
 
@@ -99,7 +99,7 @@ std::shared_ptr<const BaseTexture> chunk_texture(const Snapshot& snapshot, const
                                                  std::uint32_t most_side_px) {
   try {
     return std::make_shared<const BaseTexture>(bake_texture(snapshot_of_cells(snapshot, cells), most_side_px).texture);
-  } catch (const InputError&) {  // its charts do not fit
+  } catch (const ChartsDoNotFit&) {
     return nullptr;
   }
 }

@@ -15,8 +15,8 @@ namespace lumatlas {
 // cells refer to. `cells` ascend. Cells, vertices and view slots are numbered anew.
 [[nodiscard]] Snapshot snapshot_of_cells(const Snapshot& snapshot, const std::vector<CellId>& cells);
 
-// Returns the texture (baked_texture.h) of these cells' faces, or null where bake_texture() throws InputError
-// because their charts do not fit. Throws what else bake_texture() throws.
+// Returns the texture (baked_texture.h) of these cells' faces, or null where their charts do not fit. Throws
+// what else bake_texture() throws.
 [[nodiscard]] std::shared_ptr<const BaseTexture> chunk_texture(const Snapshot& snapshot,
                                                                const std::vector<CellId>& cells,
                                                                std::uint32_t most_side_px);

@@ -8,10 +8,12 @@
 #include <string>
 #include <utility>
 
+#include "atlas/images/pixel_memory.h"
 #include "atlas/model/model_file.h"
 #include "blend/blend_options.h"
 #include "blend/tables/cell_shares.h"
 #include "mesh/base/errors.h"
+#include "mesh/base/freed_memory.h"
 #include "tools/base/process/interrupt.h"
 #include "tools/city/block_job.h"
 #include "tools/city/joining/chunk_texture.h"
@@ -284,6 +286,8 @@ void JoinedCity::add_textures(SurfacePiece& piece) {
     throw_if_interrupted();
     piece.textures.push_back(chunk_texture(snapshot, cells, options_.texture_px));
     if (!piece.textures.back()) ++chunks_without_texture_;
+    give_back_scratch_pages();
+    return_freed_memory();  // baking leaves much in small pieces
   }
 }
 

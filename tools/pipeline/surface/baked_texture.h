@@ -23,8 +23,8 @@ struct BakedTexture {
 
 // One page of at most `most_side_px` (see above) texels a side, with at most half as many along a line as the median
 // photograph there has pixels, as JPEG. The same bytes for any number of threads.
-// Throws std::invalid_argument for another side or a snapshot that does not pass check(), InputError where the charts
-// do not fit, Interrupted, and BuildStopped.
+// Throws std::invalid_argument for another side or a snapshot that does not pass check(), ChartsDoNotFit, Interrupted,
+// and BuildStopped.
 [[nodiscard]] BakedTexture bake_texture(const Snapshot& snapshot, std::uint32_t most_side_px,
                                         const BuildCallback& callback = {});
 

@@ -145,9 +145,9 @@ TextureLayout lay_out(std::span<const Chart> charts, std::span<const double> den
     if (layout.pages > 0) return layout;
     layout.scale *= std::clamp(std::sqrt(0.95 * room / texels_of(layout.places)), 0.1, 0.97);
   }
-  throw InputError("the surface has " + std::to_string(charts.size()) + " charts, which do not fit on " +
-                   std::to_string(options.most_pages) + " pages of " + std::to_string(options.most_side_px) +
-                   " texels a side, however coarse: allow larger ones or more (--texture, --pages)");
+  throw ChartsDoNotFit("the surface has " + std::to_string(charts.size()) + " charts, which do not fit on " +
+                       std::to_string(options.most_pages) + " pages of " + std::to_string(options.most_side_px) +
+                       " texels a side, however coarse: allow larger ones or more (--texture, --pages)");
 }
 
 }  // namespace lumatlas

@@ -11,10 +11,17 @@
 #include <span>
 #include <vector>
 
+#include "mesh/base/errors.h"
 #include "mesh/mesh.h"
 #include "tools/texture/layout/charts.h"
 
 namespace lumatlas {
+
+// What lay_out() throws where the charts do not fit even as points.
+class ChartsDoNotFit : public InputError {
+ public:
+  using InputError::InputError;
+};
 
 struct LayoutOptions {
   std::uint32_t most_side_px =
@@ -52,8 +59,7 @@ struct TextureLayout {
 
 // Each chart with the density that is wanted for it (texels per scene unit, > 0, one per chart), or as many as a page
 // has for its longer side; all by one factor less where the pages are too few. Pages are no larger than needed.
-// Rectangles do not overlap. Throws std::invalid_argument for bad options or densities, InputError where the charts do
-// not fit even as points.
+// Rectangles do not overlap. Throws std::invalid_argument for bad options or densities, ChartsDoNotFit.
 [[nodiscard]] TextureLayout lay_out(std::span<const Chart> charts, std::span<const double> densities,
                                     const LayoutOptions& options);
 
