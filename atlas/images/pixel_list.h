@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // A list with one value for each pixel of an image. It can keep the values of some parts of the image alone, and then
-// takes memory by the size of these parts and not by the size of the image. All values together are a PixelBuffer.
+// takes memory by the size of these parts and not by the size of the image. All values together are a PixelBuffer, as
+// those of parts are once they are settled.
 #pragma once
 
 #include <algorithm>
@@ -48,7 +49,7 @@ class PixelList {
     if (has_all()) return all_[pixel];
     const auto x = static_cast<std::uint32_t>(pixel % width_), y = static_cast<std::uint32_t>(pixel / width_);
     const std::uint32_t block = block_at(x, y);
-    return block == kNone ? elsewhere_ : values_[block + place_in_block(x, y)];
+    return block == kNone ? elsewhere_ : kept()[block + place_in_block(x, y)];
   }
 
   // Copies the values of consecutive pixels from `first` on.
@@ -74,6 +75,10 @@ class PixelList {
                                   std::to_string(values.size()) + " values is set in an image of " +
                                   size_text(width_, height));
     }
+    if (!settled_.empty()) {
+      values_.assign(settled_.begin(), settled_.end());
+      settled_ = {};
+    }
     for (std::uint32_t row = 0; row < part.height; ++row) {
       for (std::uint32_t column = 0; column < part.width; ++column) {
         const std::uint32_t x = part.x + column, y = part.y + row;
@@ -82,6 +87,15 @@ class PixelList {
         values_[block_made_at(x, y) + place_in_block(x, y)] = value;
       }
     }
+  }
+
+  // Keeps the values of parts within the bound of PixelMemoryBound from now on. Call it after the last set_part(): a
+  // later one takes them into memory again. Throws InputError if they must go to a scratch file that cannot be written.
+  void settle() {
+    if (values_.empty()) return;
+    values_.shrink_to_fit();
+    settled_ = PixelBuffer<T>(std::move(values_));
+    values_ = {};
   }
 
   // Calls use(pixel, value) for each pixel that has a value in memory, in ascending order. Others have the value
@@ -112,7 +126,8 @@ class PixelList {
 
   // Returns the bytes of memory that the values and their tables take.
   [[nodiscard]] std::size_t bytes() const {
-    return all_.bytes() + sizeof(T) * values_.size() + sizeof(std::uint32_t) * (pages_.size() + blocks_.size());
+    return all_.bytes() + settled_.bytes() + sizeof(T) * values_.size() +
+           sizeof(std::uint32_t) * (pages_.size() + blocks_.size());
   }
 
   friend bool operator==(const PixelList& a, const PixelList& b) {
@@ -155,6 +170,8 @@ class PixelList {
     return block;
   }
 
+  [[nodiscard]] const T* kept() const { return settled_.empty() ? values_.data() : settled_.data(); }
+
   template <typename Use>
   void for_each_in_row(std::size_t first_pixel, const Use& use) const {
     const auto y = static_cast<std::uint32_t>(first_pixel / width_);
@@ -163,7 +180,7 @@ class PixelList {
       if (block == kNone) continue;
       const std::uint32_t end = std::min(x + kBlockSide, width_);
       for (std::uint32_t column = x; column < end; ++column) {
-        use(first_pixel + column, values_[block + place_in_block(column, y)]);
+        use(first_pixel + column, kept()[block + place_in_block(column, y)]);
       }
     }
   }
@@ -175,7 +192,8 @@ class PixelList {
   std::uint32_t page_columns_ = 0;
   std::vector<std::uint32_t> pages_;   // for each page the first of its blocks, or kNone
   std::vector<std::uint32_t> blocks_;  // for each block of a page its first value, or kNone
-  std::vector<T> values_;
+  std::vector<T> values_;              // of the blocks; none once they are settled
+  PixelBuffer<T> settled_;
 };
 
 }  // namespace lumatlas

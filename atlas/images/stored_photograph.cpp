@@ -54,6 +54,8 @@ StoredPhotograph::StoredPhotograph(const ImageSize& size, std::span<const std::u
     inside_.set_part(part, inside);
   }
   read([&](std::uint32_t first_row, std::span<const std::uint8_t> rgb) { take_rows(parts, first_row, rgb); });
+  colors_.settle();
+  inside_.settle();
 }
 
 void StoredPhotograph::take_rows(std::span<const PixelRect> parts, std::uint32_t first_row,

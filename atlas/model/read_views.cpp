@@ -102,7 +102,14 @@ class PartialMask {
     times.masks += watch.lap_ms();
   }
 
-  [[nodiscard]] std::shared_ptr<const ViewMask> mask() const { return mask_; }
+  // Returns the mask once all parts are added.
+  [[nodiscard]] std::shared_ptr<const ViewMask> mask() {
+    mask_->depth.settle();
+    mask_->validity.settle();
+    mask_->trust.settle();
+    mask_->rim.settle();
+    return mask_;
+  }
 
  private:
   const Camera& camera_;

@@ -140,6 +140,32 @@ TEST_CASE("photographs and lists of pixels read the same from a scratch file as 
   CHECK(depths[77] == 1);
 }
 
+TEST_CASE("lists of parts are within the bound once they are settled") {
+  const TemporaryFolder folder;
+  const PixelMemory before = pixel_memory();
+  const PixelMemoryBound bound(before.in_memory, folder.path());
+  constexpr std::uint32_t kSide = 512;
+  const PixelRect part{64, 64, 256, 256};
+  PixelList<std::uint32_t> parts(kSide, kSide, 7);
+  const std::size_t tables = parts.bytes();
+  std::vector<std::uint32_t> values(part.pixels());
+  std::iota(values.begin(), values.end(), 100);
+  parts.set_part(part, values);
+  CHECK(pixel_memory().in_files == before.in_files);
+  parts.settle();
+  CHECK(pixel_memory().in_files == before.in_files + sizeof(std::uint32_t) * part.pixels());
+  CHECK(parts.bytes() < tables + sizeof(std::uint32_t) * part.pixels() / 16);
+  CHECK(parts[0] == 7);
+  CHECK(parts[std::size_t{65} * kSide + 66] == 100 + 256 + 2);
+  std::size_t there = 0;
+  parts.for_each([&](std::size_t pixel, std::uint32_t value) {
+    const std::size_t x = pixel % kSide - 64, y = pixel / kSide - 64;
+    if (value != 100 + 256 * y + x) FAIL_CHECK("pixel " << pixel);
+    ++there;
+  });
+  CHECK(there == part.pixels());
+}
+
 TEST_CASE("a folder that takes no scratch file is named") {
   const TemporaryFolder folder;
   CHECK_THROWS_WITH(PixelMemoryBound(0, folder.path() / "none"),

@@ -69,6 +69,21 @@ TEST_CASE("a list of parts reads like the list of all of its pixels") {
   CHECK(own == all.size() - static_cast<std::size_t>(std::count(all.begin(), all.end(), kElsewhere)));
   CHECK(counted < all.size() / 2);
 
+  const Numbers before = parts;
+  parts.settle();
+  CHECK(parts == before);
+  CHECK(parts.bytes() <= before.bytes());
+  Numbers copy = parts;
+  CHECK(copy == before);
+  copy.set_part({3, 4, 2, 1}, std::vector<std::uint16_t>{8, 9});  // a list that is settled takes more parts
+  CHECK(copy[4 * kColumns + 4] == 9);
+  CHECK(parts[4 * kColumns + 4] == all[4 * kColumns + 4]);
+  copy.settle();
+  all[4 * kColumns + 3] = 8;
+  all[4 * kColumns + 4] = 9;
+  CHECK(copy.all() == all);
+  parts = copy;
+
   parts.values()[5] = 7;  // every pixel has a value of its own from here on
   CHECK(parts.has_all());
   all[5] = 7;

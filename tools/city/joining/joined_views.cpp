@@ -80,6 +80,7 @@ PixelList<T> kept_parts(const std::vector<T>& all, const std::vector<PixelRect>&
     }
     list.set_part(part, values);
   }
+  list.settle();
   return list;
 }
 
