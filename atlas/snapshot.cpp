@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstddef>
+#include <iterator>
 #include <memory>
 #include <stdexcept>
 #include <string>
@@ -145,6 +147,16 @@ void check_but_surface(const Snapshot& snapshot) {
   check_numbers_of_cells("cell_coverage", snapshot.cell_coverage, snapshot.surface->cells.cells.size());
   check_numbers_of_cells("cell_deviation", snapshot.cell_deviation, snapshot.surface->cells.cells.size());
   if (snapshot.georeference) check(*snapshot.georeference);
+}
+
+float median_deviation(const std::vector<float>& cell_deviation) {
+  std::vector<float> known;
+  std::copy_if(cell_deviation.begin(), cell_deviation.end(), std::back_inserter(known),
+               [](float deviation) { return deviation > 0; });
+  if (known.empty()) return 0;
+  const auto middle = known.begin() + static_cast<std::ptrdiff_t>(known.size() / 2);
+  std::nth_element(known.begin(), middle, known.end());
+  return *middle;
 }
 
 Snapshot without_far_sphere(const Snapshot& snapshot) {

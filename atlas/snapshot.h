@@ -57,6 +57,9 @@ void check_but_surface(const Snapshot& snapshot);
 // Does the part of check() that concerns gains.
 void check_gains(const Snapshot& snapshot);
 
+// Returns the median of the deviations above 0 (Snapshot::cell_deviation), the upper one of two; 0 if there is none.
+[[nodiscard]] float median_deviation(const std::vector<float>& cell_deviation);
+
 // Returns the snapshot without the far sphere of its surface.
 [[nodiscard]] Snapshot without_far_sphere(const Snapshot& snapshot);
 

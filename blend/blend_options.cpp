@@ -28,6 +28,7 @@ BlendOptions BlendOptions::printed() {
   options.frame_fade = 0;
   options.sampling = Sampling::linear;
   options.soften = false;
+  options.soft_edges = false;
   options.prefilter = false;
   options.border_width = 0;
   options.exposure = Exposure::model;
@@ -39,6 +40,7 @@ BlendOptions BlendOptions::printed() {
 BlendOptions BlendOptions::draft() {
   BlendOptions options;
   options.sampling = Sampling::linear;
+  options.soft_edges = false;
   options.border_width = 0;
   options.supersample = 1;
   return options;

@@ -76,6 +76,8 @@ struct BlendOptions {
   Sampling sampling = Sampling::cubic;  // printed, as GL samples: linear
   // Blurs colours by the surface's deviation (Snapshot::cell_deviation), see footprint.h; printed: no
   bool soften = true;
+  // Blurs the picture across depth edges by the deviation of the nearer surface, see soft_edges.h; printed: no
+  bool soft_edges = true;
   bool prefilter = true;                 // views nearer than the picture's camera are sampled at their coarser levels
   Exposure exposure = Exposure::nearby;  // the picture's; printed: model, for sections 3.1 and 3.3 name no other
   // Over which neighbouring cells fade into each other, as a share of the cell size, [0, 1]; printed: 0

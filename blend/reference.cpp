@@ -22,6 +22,7 @@
 #include "blend/exposure.h"
 #include "blend/footprint.h"
 #include "blend/geometric_weight.h"
+#include "blend/soft_edges.h"
 #include "blend/supersampling.h"
 #include "blend/tables/cell_shares.h"
 #include "blend/tables/zone_mesh.h"
@@ -351,6 +352,21 @@ Rendering rounded(const Camera& camera, const std::vector<Shaded>& pixels) {
   return rendering;
 }
 
+// The picture with soft edges, if options ask for them. `visible`: what the middles of its pixels see.
+Rendering with_soft_edges(Rendering rendering, const Snapshot& snapshot, const Camera& camera,
+                          const VisibilityBuffer& visible, const BlendOptions& options) {
+  const double most = kMostOfMedian * static_cast<double>(median_deviation(snapshot.cell_deviation));
+  if (!options.soft_edges || !(most > 0)) return rendering;
+  std::vector<float> deviation;
+  std::vector<std::uint8_t> seen;
+  for (const std::uint32_t face : visible.face) {
+    seen.push_back(face == FaceId::none ? 0 : 1);
+    deviation.push_back(face == FaceId::none ? 0.0f : static_cast<float>(deviation_at(snapshot, face)));
+  }
+  rendering.picture = with_soft_edges(rendering.picture, seen, edge_blur(camera, visible, deviation, most));
+  return rendering;
+}
+
 PixelDiagnosis diagnose(const Source& source, std::span<const ViewSlot> slots, const SurfacePoint& point,
                         const Camera& novel, const BlendOptions& options) {
   PixelDiagnosis pixel;
@@ -420,7 +436,8 @@ Rendering render_reference(const Snapshot& snapshot, const Camera& camera, const
   require_buffer_of(camera, visible, snapshot.surface->mesh.faces.size());
   const Source source(snapshot, options, picture_exposure(NearbyExposure(snapshot), camera, options));
   const CellShares shares = share_cells(*snapshot.surface, options.border_width * snapshot.surface->cells.size);
-  return rounded(camera, shade_all({source, camera, visible, at_middle(options), shares}));
+  return with_soft_edges(rounded(camera, shade_all({source, camera, visible, at_middle(options), shares})), snapshot,
+                         camera, visible, options);
 }
 
 Rendering render_reference(const Snapshot& snapshot, const Camera& camera, const Visibility& visibility,
@@ -432,7 +449,7 @@ Rendering render_reference(const Snapshot& snapshot, const Camera& camera, const
   const CellShares shares = share_cells(*snapshot.surface, options.border_width * snapshot.surface->cells.size);
   const VisibilityBuffer visible = visibility.trace(camera);
   std::vector<Shaded> pixels = shade_all({source, camera, visible, at_middle(options), shares});
-  if (options.supersample == 1) return rounded(camera, pixels);
+  if (options.supersample == 1) return with_soft_edges(rounded(camera, pixels), snapshot, camera, visible, options);
   const std::vector<std::uint8_t> sampled = options.antialias == BlendOptions::Antialias::all
                                                 ? std::vector<std::uint8_t>(pixels.size(), 1)
                                                 : silhouettes(camera, visible);
@@ -441,7 +458,7 @@ Rendering render_reference(const Snapshot& snapshot, const Camera& camera, const
     add_seen(shade({source, sample, visibility.trace(sample), options, shares}, sampled), sums);
   }
   take_means(sums, pixels);
-  return rounded(camera, pixels);
+  return with_soft_edges(rounded(camera, pixels), snapshot, camera, visible, options);
 }
 
 }  // namespace lumatlas

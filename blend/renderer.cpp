@@ -26,6 +26,7 @@
 #include "blend/gl/photograph_array.h"
 #include "blend/gl/picture_targets.h"
 #include "blend/gl/shader_program.h"
+#include "blend/soft_edges.h"
 #include "blend/supersampling.h"
 #include "blend/tables/cell_shares.h"
 #include "blend/tables/ranked_references.h"
@@ -107,6 +108,7 @@ struct Renderer::State {
   std::array<GLsizei, kCellsOfShader.size()> index_counts{};  // faces for each shader, one after the other
   double near_depth = 0;
   double before_far = 0;  // depth_before_far() of the surface, as large as a float can be without a far sphere
+  double most_edge_deviation = 0;  // scene units, see soft_edges.h; 0: no edge is soft
   NearbyExposure nearby_exposure;
   // The inputs that load_zones() needs again for another width.
   std::shared_ptr<const Surface> surface;
@@ -145,10 +147,12 @@ struct Renderer::State {
   void bind_tables() const;
   void draw_surface(const SurfaceTargets& target, std::uint32_t across);
   void draw_faces(bool marks);
-  void draw_screen(GLuint program, const SurfaceTargets& surface_targets) const;
+  void draw_screen(GLuint program, const GlTexture& surfaces) const;
   void draw_blend(const GlFramebuffer& target, const BlendOptions& options, Output output);
   void mark_sampled(const GlFramebuffer& target);
   void draw_samples(const GlFramebuffer& target, const BlendOptions& options, Output output);
+  void soften_edges(const GlFramebuffer& target, const GlTexture& sharp, const GlFramebuffer& sharp_pass,
+                    Output output);
   void draw_picture(const BlendOptions& options);
   [[nodiscard]] std::vector<float> draw_floats(const BlendOptions& options, Output output);
   [[nodiscard]] Rendering read_back() const;
@@ -343,9 +347,9 @@ void Renderer::State::draw_faces(bool marks) {
   glBindVertexArray(0);
 }
 
-// One fragment a pixel.
-void Renderer::State::draw_screen(GLuint program, const SurfaceTargets& surface_targets) const {
-  bind_texture(TextureUnit::surfaces, GL_TEXTURE_2D, surface_targets.surface);
+// One fragment a pixel. `surfaces`: the texture of that name, or of `variances`, in the program.
+void Renderer::State::draw_screen(GLuint program, const GlTexture& surfaces) const {
+  bind_texture(TextureUnit::surfaces, GL_TEXTURE_2D, surfaces);
   glUseProgram(program);
   glBindVertexArray(no_vertices.get());
   glDrawArrays(GL_TRIANGLES, 0, 3);
@@ -370,7 +374,7 @@ void Renderer::State::draw_blend(const GlFramebuffer& target, const BlendOptions
                               .output = output,
                               .cubic = sampled_cubic(options) > 0,
                               .views_in_block = views_in_block()}),
-                targets.middles);
+                targets.middles.surface);
   }
   glStencilMask(0xFF);
   glDisable(GL_STENCIL_TEST);
@@ -389,7 +393,7 @@ void Renderer::State::mark_sampled(const GlFramebuffer& target) {
   glStencilFunc(GL_ALWAYS, kSampled, 0xFF);
   glStencilOp(GL_KEEP, GL_KEEP, GL_REPLACE);
   glColorMask(GL_FALSE, GL_FALSE, GL_FALSE, GL_FALSE);
-  draw_screen(programs.get({.pass = Pass::silhouettes}), targets.middles);
+  draw_screen(programs.get({.pass = Pass::silhouettes}), targets.middles.surface);
   glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
   glDisable(GL_STENCIL_TEST);
   glBindFramebuffer(GL_DRAW_FRAMEBUFFER, targets.samples.pass.get());
@@ -414,11 +418,41 @@ void Renderer::State::draw_samples(const GlFramebuffer& target, const BlendOptio
                             .output = output,
                             .cubic = sampled_cubic(options) > 0,
                             .views_in_block = views_in_block()}),
-              targets.samples);
+              targets.samples.surface);
   glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
   glStencilMask(0xFF);
   glDisable(GL_STENCIL_TEST);
   check_gl("drawing means over samples");
+}
+
+// Blurs the picture in a framebuffer across depth edges, as the middles' surface tells. `sharp`: a texture of the same
+// format as the framebuffer's, and a framebuffer of it, which get the picture before.
+void Renderer::State::soften_edges(const GlFramebuffer& target, const GlTexture& sharp, const GlFramebuffer& sharp_pass,
+                                   Output output) {
+  if (!(most_edge_deviation > 0)) return;
+  add_soft_edges(targets);
+  const auto width = static_cast<GLsizei>(targets.width);
+  const auto height = static_cast<GLsizei>(targets.height);
+  constexpr std::array<GLuint, 4> kNoEdge{};
+  glViewport(0, 0, width, height);
+  glBindFramebuffer(GL_FRAMEBUFFER, targets.edges_pass.get());
+  glClearBufferuiv(GL_COLOR, 0, kNoEdge.data());
+  const GLuint edges = programs.get({.pass = Pass::edges});
+  glUseProgram(edges);
+  glUniform1f(glGetUniformLocation(edges, "most_deviation"), static_cast<GLfloat>(most_edge_deviation));
+  draw_screen(edges, targets.middles.surface);
+  glBindFramebuffer(GL_FRAMEBUFFER, targets.edge_rows_pass.get());
+  glClearBufferuiv(GL_COLOR, 0, kNoEdge.data());
+  draw_screen(programs.get({.pass = Pass::edge_rows}), targets.edges);
+  glBindFramebuffer(GL_READ_FRAMEBUFFER, target.get());
+  glBindFramebuffer(GL_DRAW_FRAMEBUFFER, sharp_pass.get());
+  glBlitFramebuffer(0, 0, width, height, 0, 0, width, height, GL_COLOR_BUFFER_BIT, GL_NEAREST);
+  glBindFramebuffer(GL_FRAMEBUFFER, target.get());
+  bind_texture(TextureUnit::photographs, GL_TEXTURE_2D, sharp);
+  glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_FALSE);
+  draw_screen(programs.get({.pass = Pass::soft_edges, .output = output}), targets.edge_rows);
+  glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
+  check_gl("softening edges");
 }
 
 // Returns the four channels of each pixel as floats.
@@ -428,6 +462,11 @@ std::vector<float> Renderer::State::draw_floats(const BlendOptions& options, Out
   const GlFramebuffer pass = make_framebuffer({&floats}, &targets.middles.z_buffer, true);
   draw_blend(pass, options, output);
   if (options.supersample > 1) draw_samples(pass, options, output);
+  if (options.soft_edges && output == Output::linear) {
+    const GlTexture sharp =
+        make_texture_2d(GL_RGBA32F, static_cast<GLsizei>(targets.width), static_cast<GLsizei>(targets.height));
+    soften_edges(pass, sharp, make_framebuffer({&sharp}, nullptr), output);
+  }
   return values_of<float>(pass, GL_COLOR_ATTACHMENT0, GL_RGBA, GL_FLOAT, targets, 4);
 }
 
@@ -488,6 +527,7 @@ void Renderer::load(const Snapshot& snapshot) {
   state.cubic_levels = cubic_levels(snapshot.tiles.options);
   state.photographs.load(snapshot, state.steps.blocks.value_or(!draws_in_software()));
   state.store_views(view_table(snapshot, state.photographs));
+  state.most_edge_deviation = kMostOfMedian * static_cast<double>(median_deviation(snapshot.cell_deviation));
   state.nearby_exposure.follow(snapshot);
   state.stored_centers.assign(snapshot.views.size(), std::nullopt);
   for (std::size_t slot = 0; slot < snapshot.views.size(); ++slot) {
@@ -516,6 +556,9 @@ void Renderer::prepare(const Camera& camera, const BlendOptions& options) {
 void Renderer::State::draw_picture(const BlendOptions& options) {
   draw_blend(targets.pass, options, Output::srgb);
   if (options.supersample > 1) draw_samples(targets.pass, options, Output::srgb);
+  if (!options.soft_edges) return;
+  if (most_edge_deviation > 0) add_soft_edges(targets);
+  soften_edges(targets.pass, targets.sharp, targets.sharp_pass, Output::srgb);
 }
 
 void Renderer::draw(const Camera& camera, const BlendOptions& options) {
@@ -589,7 +632,7 @@ Diagnosis Renderer::diagnose(const Camera& camera, const BlendOptions& options) 
   glClearBufferuiv(GL_COLOR, 1, kNoDiagnosis.data());
   state.draw_screen(
       state.programs.get({.pass = Pass::diagnose, .views = options.views, .views_in_block = state.views_in_block()}),
-      targets.middles);
+      targets.middles.surface);
   const auto values =
       values_of<std::uint32_t>(pass, GL_COLOR_ATTACHMENT1, GL_RGBA_INTEGER, GL_UNSIGNED_INT, targets, 4);
   Diagnosis diagnosis{camera.width, camera.height, state.read_back().state, {}};

@@ -48,6 +48,18 @@ void add_samples(PictureTargets& targets, std::uint32_t across) {
   targets.samples_across = across;
 }
 
+void add_soft_edges(PictureTargets& targets) {
+  if (targets.sharp_pass.get() != 0) return;
+  const auto w = static_cast<GLsizei>(targets.width);
+  const auto h = static_cast<GLsizei>(targets.height);
+  targets.edges = make_texture_2d(GL_R32UI, w, h);
+  targets.edges_pass = make_framebuffer({&targets.edges}, nullptr);
+  targets.edge_rows = make_texture_2d(GL_R32UI, w, h);
+  targets.edge_rows_pass = make_framebuffer({&targets.edge_rows}, nullptr);
+  targets.sharp = make_texture_2d(GL_RGBA8, w, h);
+  targets.sharp_pass = make_framebuffer({&targets.sharp}, nullptr);
+}
+
 void read_values(const GlFramebuffer& framebuffer, GLenum attachment, GLenum format, GLenum type,
                  const PictureTargets& targets, std::size_t bytes_per_pixel, std::byte* values) {
   constexpr std::size_t kStripBytes = 1 << 26;

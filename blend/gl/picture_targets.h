@@ -25,11 +25,16 @@ struct PictureTargets {
   GlFramebuffer pass;      // the picture, with the stencil of `middles`
   std::uint32_t samples_across = 0;
   SurfaceTargets samples;  // that many times as wide and high; made when first asked for
+  // The variances of the blur at depth edges, and their spread along rows, bits of floats; the picture before it is
+  // blurred, RGBA8. Made when first asked for.
+  GlTexture edges, edge_rows, sharp;
+  GlFramebuffer edges_pass, edge_rows_pass, sharp_pass;
 };
 
-// Both throw GlError for what the driver does not take.
+// All throw GlError for what the driver does not take.
 [[nodiscard]] PictureTargets make_targets(std::uint32_t width, std::uint32_t height);
 void add_samples(PictureTargets& targets, std::uint32_t across);
+void add_soft_edges(PictureTargets& targets);
 
 // All values of a framebuffer's color attachment, from the picture's first row, which is the framebuffer's last. In
 // strips, for GL counts the bytes of each in 31 bits.

@@ -14,6 +14,7 @@
 #include "blend/footprint.h"
 #include "blend/geometric_weight.h"
 #include "blend/shaders.h"
+#include "blend/soft_edges.h"
 #include "blend/tables/view_table.h"
 #include "mesh/base/number_text.h"
 
@@ -57,6 +58,12 @@ ProgramSource source_of(Pass pass) {
       return {"surface", k_surface_vert, k_surface_frag};
     case Pass::silhouettes:
       return {"silhouettes", k_screen_vert, k_silhouettes_frag};
+    case Pass::edges:
+      return {"edges", k_screen_vert, k_edges_frag};
+    case Pass::edge_rows:
+      return {"edge rows", k_screen_vert, k_edge_rows_frag};
+    case Pass::soft_edges:
+      return {"soft edges", k_screen_vert, k_soft_edges_frag};
     case Pass::diagnose:
       return {"diagnosis", k_screen_vert, k_diagnose_frag};
     case Pass::present:
@@ -89,6 +96,9 @@ std::string shared_definitions() {
          definition("FADE_PENALTY", constant(kFadePenalty)) + definition("LEAST_FADED", constant(kLeastFaded)) +
          definition("FAR_FRAME_FADE", constant(kFarFrameFade)) + definition("CLIPPED_FROM", constant(kClippedFrom)) +
          definition("SILHOUETTE_BEND", constant(kSilhouetteBend)) +
+         definition("SOFT_EDGE_SINE", constant(std::sin(glm::radians(kSoftEdgeDegrees)))) +
+         definition("MOST_EDGE_BLUR", constant(kMostEdgeBlur)) + definition("EDGE_BEND", constant(kEdgeBend)) +
+         definition("BLUR_FALL", constant(kBlurFall)) + definition("EDGE_REACH", std::to_string(kEdgeReach)) +
          definition("RIM_NEAR_COSINE", constant(std::cos(glm::radians(kRimNearDegrees)))) +
          definition("RIM_FAR_COSINE", constant(std::cos(glm::radians(kRimFarDegrees)))) +
          definition("DEPTH_BLOCK_SIDE", std::to_string(kDepthBlockSide)) +
@@ -114,6 +124,8 @@ GLuint ShaderPrograms::get(const ProgramKey& key) {
     glUniform1i(glGetUniformLocation(program.get(), kSamplers.at(unit)), static_cast<GLint>(unit));
   }
   glUniform1i(glGetUniformLocation(program.get(), "shown"), static_cast<GLint>(TextureUnit::surfaces));
+  glUniform1i(glGetUniformLocation(program.get(), "variances"), static_cast<GLint>(TextureUnit::surfaces));
+  glUniform1i(glGetUniformLocation(program.get(), "sharp"), static_cast<GLint>(TextureUnit::photographs));
   glUseProgram(0);
   return programs_.emplace(key, std::move(program)).first->second.get();
 }

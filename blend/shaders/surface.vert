@@ -2,6 +2,7 @@
 // First pass: the visible surface at each pixel.
 
 #include "picture.glsl"
+#include "srgb.glsl"
 
 layout(location = 0) in vec3 position;  // world
 layout(location = 1) in vec3 srgb;      // the vertex's colour
@@ -13,10 +14,6 @@ uniform uint first_zone;  // the number of the mesh's first zone, where several 
 out vec3 linear_color;
 out vec3 cell_shares;
 flat out uint zone_of_face;
-
-vec3 linear_from_srgb(vec3 c) {
-  return mix(c / 12.92, pow((c + 0.055) / 1.055, vec3(2.4)), greaterThan(c, vec3(0.04045)));
-}
 
 void main() {
   vec4 world = vec4(position, 1.0);

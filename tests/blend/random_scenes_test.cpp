@@ -96,6 +96,7 @@ BlendOptions random_options(Chance& chance) {
   options.lambda = chance.below(4) == 0 ? chance.below(2) : chance.uniform(0, 1);
   options.rims = chance.below(4) > 0;
   options.soften = chance.below(4) > 0;
+  options.soft_edges = options.soften;
   options.fade_last = chance.below(2) == 0;
   options.consistent = options.views % 3 != 0;
   options.border_width = chance.below(3) == 0 ? 0 : chance.uniform(0, 1);

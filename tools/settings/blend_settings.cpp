@@ -33,6 +33,8 @@ Settings<BlendOptions> blend_fields() {
                      {{"linear", Options::Sampling::linear}, {"cubic", Options::Sampling::cubic}},
                      "Between a photograph's pixels; cubic is sharper"),
       switch_setting("soften", &Options::soften, "Blur photographs seen from beside where the surface is uncertain"),
+      switch_setting("soft-edges", &Options::soft_edges,
+                     "Blur the picture across depth edges where the nearer surface is uncertain"),
       switch_setting("prefilter", &Options::prefilter,
                      "Sample photographs that were taken from nearer at their coarser levels"),
       number_setting("border-width", &Options::border_width, "SHARE", number_rule(0, 1),

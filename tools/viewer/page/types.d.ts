@@ -119,6 +119,7 @@ export interface ModelProperties {
   up?: Vector;
   firstView?: number;
   depthBeforeFar?: number;
+  medianDeviation?: number;
   poster?: number;
   images?: {uri: string, byteLength: number}[];
   views?: (ViewProperties | null)[];
@@ -194,6 +195,7 @@ export interface BlendSettings {
   frame_fade: number;
   cubic: boolean;
   soften: boolean;
+  soft_edges: boolean;
   prefilter: boolean;
   nearby_exposure: boolean;
   supersample: number;
@@ -212,6 +214,7 @@ export interface Scene {
   cubic_levels: number;
   near_depth: number;
   depth_before_far: number;
+  median_deviation: number;
   inverse_depth: number;
   up: Vector;
   photographed: {cosine: number; enlargement: number; share: number};

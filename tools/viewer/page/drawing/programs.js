@@ -6,7 +6,7 @@ import {ContextLost, GlObjects} from './gl_objects.js';
 // In the order of TextureUnit there; the page's own after them.
 const SAMPLERS = [
   'photographs', 'depths', 'surfaces', 'zones', 'cells', 'references', 'views', 'tile_slots', 'image', 'mask',
-  'diagnosis', 'seen_depths',
+  'diagnosis', 'seen_depths', 'variances', 'sharp',
 ];
 /** @param {string} name */
 export const unitOf = (name) => SAMPLERS.indexOf(name);
@@ -15,6 +15,9 @@ export const unitOf = (name) => SAMPLERS.indexOf(name);
 const PASSES = {
   surface: {vertex: 'surface.vert', fragment: 'surface.frag'},
   silhouettes: {fragment: 'silhouettes.frag'},
+  edges: {fragment: 'edges.frag'},
+  edge_rows: {fragment: 'edge_rows.frag'},
+  soft_edges: {fragment: 'soft_edges.frag'},
   blend: {fragment: 'blend.frag'},
   samples: {fragment: 'blend.frag', defines: '#define SAMPLES\n'},
   diagnose: {fragment: 'diagnose.frag'},

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Draws pictures of a model with the shaders of blend/, pass by pass as blend/renderer.cpp does: the visible surface,
-// the blend of photographs at the middles of pixels, and at silhouettes means over samples, whose surface is drawn
-// everywhere here.
+// the blend of photographs at the middles of pixels, at silhouettes means over samples, whose surface is drawn
+// everywhere here, and the blur across depth edges.
 import {partOf} from '../camera.js';
 import {nearbyExposure} from './exposure.js';
 import {Glances, MOST_GLANCE_BYTES} from './glances.js';
@@ -18,21 +18,25 @@ const SAMPLED = 4;                  // in the stencil: pixels that are means ove
 const NOTHING = 0xFFFFFFFF;
 const BLOCK_BYTES = 192;
 const NEAR_DEPTH_AT = 108;         // bytes into the block
+const MOST_OF_MEDIAN = 2;          // of a deviation, that counts at depth edges: see blend/soft_edges.h
 const BEHIND = 1 / 64;             // of its depth, by which a coarse surface is drawn behind a fine one
 const SURFACE_BYTES = 16 + 4;      // a pixel of the visible surface, with its depth
 const PICTURE_BYTES = 16 + 8 + 4;  // with depth, stencil, and the picture
+const EDGE_BYTES = 4;              // a pixel of variances of edges
 const STILL_BYTES = 4;
 const DIAGNOSIS_BYTES = 16 + 4;
 
 // Longest side of the parts that pictures with samples are drawn in: their targets are then small.
 export const MOST_PART_PX = 320;
-const AROUND_PX = 1;  // silhouettes are found from the neighbouring pixels
+// A pixel may mix those five pixels away, and silhouettes among them are found from their neighbours: see
+// blend/soft_edges.h.
+const AROUND_PX = 6;
 
 // A part of a picture: what is drawn, from its top left corner, and what of that is copied: left, top, right, bottom.
 /** @typedef {{x: number, y: number, size: Size, inner: [number, number, number, number]}} Part */
 
-// Parts that cover a camera's picture, those in its middle first. All are of one size, with a pixel around what is
-// copied; those at the picture's border reach farther inwards.
+// Parts that cover a camera's picture, those in its middle first. All are of one size, with AROUND_PX pixels around what
+// is copied; those at the picture's border reach farther inwards.
 /** @param {Camera} camera @param {number} partPx @returns {Part[]} */
 export function partsOf({width, height}, partPx) {
   const [across, down] = [width, height].map((side) => Math.ceil(side / partPx));
@@ -97,7 +101,14 @@ export class Renderer {
   }
 
   readyForStills() {
-    return [this.programs.ready('silhouettes'), this.programs.ready('samples', 4)].every(Boolean);
+    const softens = this.softens() ? ['edges', 'edge_rows', 'soft_edges'] : [];
+    return [this.programs.ready('samples', 4),
+            ...['silhouettes', ...softens].map((pass) => this.programs.ready(pass))].every(Boolean);
+  }
+
+  // Returns whether still frames are blurred across depth edges.
+  softens() {
+    return this.scene.blend.soft_edges && this.scene.median_deviation > 0;
   }
 
   // Returns the bytes of render targets for an interactive and a still frame of these sizes.
@@ -107,7 +118,7 @@ export class Renderer {
     const [ofPart, ofMoving, ofStill] = [part, moving, still].map(([width, height]) => width * height);
     const samples = this.scene.blend.supersample ** 2;
     return MOST_GLANCE_BYTES + PICTURE_BYTES * ofMoving + STILL_BYTES * ofStill +
-        ofPart * (PICTURE_BYTES + samples * SURFACE_BYTES);
+        ofPart * (PICTURE_BYTES + samples * SURFACE_BYTES + (this.softens() ? 2 * EDGE_BYTES + STILL_BYTES : 0));
   }
 
   // Bytes on the GPU, as they were asked for.
@@ -215,6 +226,16 @@ export class Renderer {
     return framebuffer;
   }
 
+  // The render target of variances of edges.
+  /** @param {string} use @param {number} width @param {number} height */
+  edgeTarget(use, width, height) {
+    const {gl} = this;
+    return this.targets.of(use, width, height, EDGE_BYTES, (objects) => {
+      const variances = makeTexture(objects, gl.R32UI, width, height);
+      return {variances, framebuffer: objects.framebuffer(variances)};
+    });
+  }
+
   // The picture as a whole, put together of its parts.
   /** @param {number} width @param {number} height */
   stillTarget(width, height) {
@@ -317,6 +338,38 @@ export class Renderer {
     gl.disable(gl.STENCIL_TEST);
   }
 
+  // Blurs the picture across depth edges, as the middles' surface tells.
+  /** @param {PictureTarget} target */
+  softenEdges(target) {
+    const {gl} = this;
+    const {width, height} = target;
+    const edges = this.edgeTarget('edges', width, height);
+    const rows = this.edgeTarget('edge rows', width, height);
+    const sharp = this.targets.of('sharp', width, height, STILL_BYTES, (objects) => {
+      const colour = makeTexture(objects, gl.RGBA8, width, height);
+      return {colour, framebuffer: objects.framebuffer(colour)};
+    });
+    gl.viewport(0, 0, width, height);
+    gl.bindFramebuffer(gl.FRAMEBUFFER, edges.framebuffer);
+    gl.clearBufferuiv(gl.COLOR, 0, [0, 0, 0, 0]);
+    const most = this.programs.use('edges').uniform('most_deviation');
+    gl.uniform1f(most, MOST_OF_MEDIAN * this.scene.median_deviation);
+    this.drawScreen('edges', 0, target.surface);
+    gl.bindFramebuffer(gl.FRAMEBUFFER, rows.framebuffer);
+    gl.clearBufferuiv(gl.COLOR, 0, [0, 0, 0, 0]);
+    bindTexture(gl, 'variances', gl.TEXTURE_2D, edges.variances);
+    this.drawScreen('edge_rows', 0, target.surface);
+    gl.bindFramebuffer(gl.READ_FRAMEBUFFER, target.blend);
+    gl.bindFramebuffer(gl.DRAW_FRAMEBUFFER, sharp.framebuffer);
+    gl.blitFramebuffer(0, 0, width, height, 0, 0, width, height, gl.COLOR_BUFFER_BIT, gl.NEAREST);
+    gl.bindFramebuffer(gl.FRAMEBUFFER, target.blend);
+    bindTexture(gl, 'variances', gl.TEXTURE_2D, rows.variances);
+    bindTexture(gl, 'sharp', gl.TEXTURE_2D, sharp.colour);
+    gl.colorMask(true, true, true, false);
+    this.drawScreen('soft_edges', 0, target.surface);
+    gl.colorMask(true, true, true, true);
+  }
+
   /** @param {PictureTarget} target */
   drawFade(target) {
     const {gl} = this;
@@ -385,6 +438,7 @@ export class Renderer {
       this.drawSurface(target, true);
       this.drawBlend(target);
       if (this.scene.blend.supersample > 1) this.drawSamples(target);
+      if (this.softens()) this.softenEdges(target);
       if (fades) this.drawFade(target);
       this.copyPart(target, part, still);
       yield size[0] * size[1];

@@ -80,6 +80,7 @@ function sceneOf(properties, shaders, {image, diagonal, mesh, coarse}) {
     version: null, blend: shaders.blend, photographed: shaders.photographed, mesh, coarse,
     tile: properties.tiles?.size ?? TILE, levels, cubic_levels: levelsOfGutter(properties) - 1,
     near_depth: NEAR_SHARE * diagonal, depth_before_far: properties.depthBeforeFar ?? FARTHEST,
+    median_deviation: properties.medianDeviation ?? 0,
     inverse_depth: inverseDepth(views), up: properties.up ?? [0, 1, 0], first_view: properties.firstView ?? 0,
     poster: properties.poster === undefined ? null : image(properties.poster),
     view_file: properties.viewFile?.uri ?? null, views,

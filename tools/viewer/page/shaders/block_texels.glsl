@@ -1,6 +1,5 @@
 // The texels of a block, as a shader compresses them.
 #include "photograph_texel.glsl"
-#include "../../../../blend/shaders/srgb.glsl"
 
 const int kSide = 4;
 const int kTexels = kSide * kSide;

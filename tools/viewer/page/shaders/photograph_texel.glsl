@@ -1,12 +1,10 @@
 // A texel of a stored photograph, at one of its levels: the mean over the area that it covers, in linear light and by
 // validity, as atlas/images/image_levels.cpp and tools/viewer/scaled_view.cpp have it.
+#include "../../../../blend/shaders/srgb.glsl"
+
 uniform sampler2D image;  // sRGB as it is in the file, first row above
 uniform sampler2D mask;   // twice the validity in 7 bits, and 1 more at rims
 uniform float pixels;     // pixels of the photograph in a texel, along a side
-
-vec3 linear_from_srgb(vec3 c) {
-  return mix(c / 12.92, pow((c + 0.055) / 1.055, vec3(2.4)), greaterThan(c, vec3(0.04045)));
-}
 
 // At a place in the view, in texels.
 vec4 photograph_texel(ivec2 place) {
