@@ -107,7 +107,7 @@ struct Renderer::State {
   PhotographArray photographs;
   std::array<GLsizei, kCellsOfShader.size()> index_counts{};  // faces for each shader, one after the other
   double near_depth = 0;
-  double before_far = 0;  // depth_before_far() of the surface, as large as a float can be without a far sphere
+  double before_far = 0;           // depth_before_far() of the surface, as large as a float can be without a far sphere
   double most_edge_deviation = 0;  // scene units, see soft_edges.h; 0: no edge is soft
   NearbyExposure nearby_exposure;
   // The inputs that load_zones() needs again for another width.

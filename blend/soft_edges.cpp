@@ -63,11 +63,12 @@ std::vector<float> edge_blur(const Camera& camera, const VisibilityBuffer& visib
       if (visible.face[three[1]] == FaceId::none || visible.face[three[2]] == FaceId::none) continue;
       const double bend = z / visible.depth[three[1]] + z / visible.depth[three[2]] - 2;
       if (!(std::abs(bend) > kEdgeBend)) continue;
-      const std::size_t nearest = *std::min_element(
-          three.begin(), three.end(), [&](std::size_t a, std::size_t b) { return visible.depth[a] < visible.depth[b]; });
+      const std::size_t nearest = *std::min_element(three.begin(), three.end(), [&](std::size_t a, std::size_t b) {
+        return visible.depth[a] < visible.depth[b];
+      });
       const double depth = visible.depth[nearest];
-      blur[pixel] =
-          std::max(blur[pixel], edge_variance(static_cast<double>(deviation[nearest]), most_deviation, camera.fx, depth));
+      blur[pixel] = std::max(blur[pixel],
+                             edge_variance(static_cast<double>(deviation[nearest]), most_deviation, camera.fx, depth));
     }
   });
   // Along rows, then along columns: r^2 is a sum over both.

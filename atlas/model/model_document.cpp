@@ -276,7 +276,8 @@ json model_properties(const Snapshot& snapshot, float before_far, const Validity
                      {"texels", std::string(name_of(tiles.texels))}};
   if (!snapshot.tiles.whole_views()) properties["tiles"] = {{"size", tiles.tile_px}, {"gutter", tiles.gutter_px}};
   if (std::isfinite(before_far)) properties["depthBeforeFar"] = before_far;
-  if (const float median = median_deviation(snapshot.cell_deviation); median > 0) properties["medianDeviation"] = median;
+  if (const float median = median_deviation(snapshot.cell_deviation); median > 0)
+    properties["medianDeviation"] = median;
   if (snapshot.georeference) properties["georeference"] = json_of(*snapshot.georeference);
   const std::vector<Camera> cameras = cameras_of(snapshot);
   if (cameras.empty()) return properties;

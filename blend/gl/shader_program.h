@@ -17,9 +17,9 @@ enum class Pass : std::uint8_t {
   silhouettes,  // which pixels get samples
   blend,        // colours at the middles of pixels
   samples,      // means over samples
-  edges,       // the variances of the blur at depth edges
-  edge_rows,   // their spread along rows
-  soft_edges,  // their spread along columns, and the blurred picture
+  edges,        // the variances of the blur at depth edges
+  edge_rows,    // their spread along rows
+  soft_edges,   // their spread along columns, and the blurred picture
   diagnose,
   present,  // into the caller's framebuffer
 };

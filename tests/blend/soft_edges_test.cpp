@@ -131,7 +131,8 @@ TEST_CASE("an edge is as soft as the nearer surface is off, whatever the farther
   }
 }
 
-TEST_CASE("a surface that is off by a pixel or less keeps sharp edges, one that is off by much is blurred by 2 pixels") {
+TEST_CASE(
+    "a surface that is off by a pixel or less keeps sharp edges, one that is off by much is blurred by 2 pixels") {
   const std::optional<EglContext> context = context_or_skip();
   if (!context) return;
   const Camera camera = forward_camera(kSide, kSide);
@@ -210,11 +211,11 @@ TEST_CASE("pixels away from depth edges stay the same to the last bit, and the s
   const std::optional<EglContext> context = context_or_skip();
   if (!context) return;
   const auto off = static_cast<float>(deviation_for(1.5));
-  const Snapshot snapshot = panels(
-      {{{glm::vec3(-9, -9, 4), {9, -9, 4}, {-9, 9, 4}, {9, 9, 4}}, 10, off, 60},
-       {{glm::vec3(-0.9, -0.7, 2), {-0.2, -0.6, 2.3}, {-0.8, 0.5, 2.2}, {-0.1, 0.6, 2.5}}, 60, off, 50},
-       {{glm::vec3(0.1, -0.3, 1.7), {0.8, -0.8, 2}, {0.2, 0.6, 2.1}, {0.9, 0.1, 2.4}}, 250, off / 2, 255 - 70},
-       {{glm::vec3(-0.4, 0.2, 3), {0.6, 0.1, 3}, {-0.5, 0.4, 3}, {0.7, 0.4, 3}}, 0, 2 * off, 80}});
+  const Snapshot snapshot =
+      panels({{{glm::vec3(-9, -9, 4), {9, -9, 4}, {-9, 9, 4}, {9, 9, 4}}, 10, off, 60},
+              {{glm::vec3(-0.9, -0.7, 2), {-0.2, -0.6, 2.3}, {-0.8, 0.5, 2.2}, {-0.1, 0.6, 2.5}}, 60, off, 50},
+              {{glm::vec3(0.1, -0.3, 1.7), {0.8, -0.8, 2}, {0.2, 0.6, 2.1}, {0.9, 0.1, 2.4}}, 250, off / 2, 255 - 70},
+              {{glm::vec3(-0.4, 0.2, 3), {0.6, 0.1, 3}, {-0.5, 0.4, 3}, {0.7, 0.4, 3}}, 0, 2 * off, 80}});
   Renderer renderer;
   renderer.load(snapshot);
   const auto visibility = make_ray_visibility(snapshot.surface->mesh);
@@ -225,16 +226,16 @@ TEST_CASE("pixels away from depth edges stay the same to the last bit, and the s
     CHECK(soft.state == hard.state);
     const std::vector<std::uint8_t> around = around_steps(visibility->trace(camera));
     for (std::size_t pixel = 0; pixel < around.size(); ++pixel) {
-      const bool same = std::equal(&soft.picture.rgb[3 * pixel], &soft.picture.rgb[3 * pixel] + 3,
-                                   &hard.picture.rgb[3 * pixel]);
+      const bool same =
+          std::equal(&soft.picture.rgb[3 * pixel], &soft.picture.rgb[3 * pixel] + 3, &hard.picture.rgb[3 * pixel]);
       changed += same ? 0 : 1;
       if (!around[pixel]) CHECK(same);
     }
     different += share_different(soft, render_reference(snapshot, camera, *visibility, {}), 2) / 4;
     const LinearRendering linear = renderer.render_linear(camera, {});
     for (std::size_t value = 0; value < linear.rgb.size(); ++value) {
-      levels = std::max(levels, std::abs(static_cast<double>(srgb8_from_linear(linear.rgb[value])) -
-                                         soft.picture.rgb[value]));
+      levels = std::max(levels,
+                        std::abs(static_cast<double>(srgb8_from_linear(linear.rgb[value])) - soft.picture.rgb[value]));
     }
   }
   CHECK(changed > 4 * 160 * 120 * 0.02);

@@ -82,12 +82,12 @@ TEST_CASE("every field has a row, an option of a command, a table of its own, or
     CHECK(tile_settings().size() == count_of(tile_px, gutter_px, max_tiles, texels) - 2 + 1);  // tiles.layout
   }
   {
-    const auto [views, lambda, position, rims, fade_last, consistent, frame_fade, sampling, soften, soft_edges, prefilter, exposure,
-                border_width, supersample, antialias, occlusion_tolerance] =
+    const auto [views, lambda, position, rims, fade_last, consistent, frame_fade, sampling, soften, soft_edges,
+                prefilter, exposure, border_width, supersample, antialias, occlusion_tolerance] =
         BlendOptions();  // exposure, supersample: options
     CHECK(blend_settings().size() == count_of(views, lambda, position, rims, fade_last, consistent, frame_fade,
-                                              sampling, soften, soft_edges, prefilter, exposure, border_width, supersample,
-                                              antialias, occlusion_tolerance) -
+                                              sampling, soften, soft_edges, prefilter, exposure, border_width,
+                                              supersample, antialias, occlusion_tolerance) -
                                          2 + 1);  // blend.weights
   }
   {

@@ -7,17 +7,20 @@
 #include <fstream>
 #include <iostream>
 #include <map>
+#include <memory>
 #include <optional>
 #include <sstream>
 #include <string>
 #include <vector>
 
+#include "atlas/atlas.h"
 #include "atlas/model/content_digest.h"
 #include "atlas/model/live_form.h"
 #include "blend/renderer.h"
 #include "blend/tables/cell_shares.h"
 #include "blend/tables/ranked_references.h"
 #include "tests/support/gl_test_context.h"
+#include "tests/support/scenes/wall_scenes.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/tools/viewer/browser.h"
 #include "tests/tools/viewer/test_site.h"
@@ -205,6 +208,49 @@ TEST_CASE("a browser draws what the renderer draws, and follows its visitor") {
   CHECK(std::stod(said.at("stops")) == 0);
   CHECK(said.at("came-back") == "true");
   CHECK(said.at("screenshot") == "image/png true");
+}
+
+// A panel before a wall, both off, and a photograph from either side.
+Snapshot panel_model() {
+  const std::shared_ptr<const Surface> surface = wall_and_panel();
+  Atlas atlas(surface, 2);
+  for (const double aside : {-0.3, 0.4}) {
+    const Camera camera = forward_camera(96, 72, {aside, 0.1, 0});
+    atlas.insert(traced_view(*surface, aside < 0 ? "left" : "right", camera, position_photograph(96, 72)));
+  }
+  for (CellId cell{0}; cell < surface->cells.cells.size(); ++cell) atlas.set_references(cell, {0, 1});
+  Snapshot snapshot = atlas.snapshot();
+  snapshot.cell_deviation.assign(snapshot.cell_seen.size(), 0.05f);
+  return snapshot;
+}
+
+TEST_CASE("a browser blurs depth edges as the renderer does, across the parts of a picture too") {
+  const std::optional<EglContext> context = context_or_skip();
+  if (!context) return;
+  const Snapshot model = panel_model();
+  std::vector<Camera> cameras;
+  for (int i = 0; i < 6; ++i) cameras.push_back(forward_camera(700, 350, {0.17 * i - 0.4, 0.03 * i, 0.05 * i}));
+  Renderer renderer;
+  renderer.load(model);
+  std::vector<Rendering> soft, sharp;
+  BlendOptions options;
+  options.soft_edges = false;
+  for (const Camera& camera : cameras) {
+    soft.push_back(renderer.render(camera, {}));
+    sharp.push_back(renderer.render(camera, options));
+  }
+  std::vector<SiteFile> files = site_files(model);
+  files.push_back(cameras_file(cameras));
+  for (SiteFile& file : test_page_files("soft_edges_test.html")) files.push_back(std::move(file));
+  const Said said = said_in_browser(files, "/test.html");
+  if (said.empty()) return;
+  CHECK(problem_of(said) == "");
+  const Agreement with_soft = agreement(soft, said, "picture-", soft.size());
+  const Agreement with_sharp = agreement(sharp, said, "picture-", sharp.size());
+  std::cout << "the page's soft edges: PSNR " << with_soft.psnr << " dB against the renderer's, " << with_sharp.psnr
+            << " against sharp ones\n";
+  CHECK(with_soft.psnr > 45);
+  CHECK(with_sharp.psnr < with_soft.psnr - 6);
 }
 
 // The script at the end of a page that says when all is there, by an address, for a page from a file may not post.

@@ -35,8 +35,8 @@ const AROUND_PX = 6;
 // A part of a picture: what is drawn, from its top left corner, and what of that is copied: left, top, right, bottom.
 /** @typedef {{x: number, y: number, size: Size, inner: [number, number, number, number]}} Part */
 
-// Parts that cover a camera's picture, those in its middle first. All are of one size, with AROUND_PX pixels around what
-// is copied; those at the picture's border reach farther inwards.
+// Parts that cover a camera's picture, those in its middle first. All are of one size, with AROUND_PX pixels around
+// what is copied; those at the picture's border reach farther inwards.
 /** @param {Camera} camera @param {number} partPx @returns {Part[]} */
 export function partsOf({width, height}, partPx) {
   const [across, down] = [width, height].map((side) => Math.ceil(side / partPx));
