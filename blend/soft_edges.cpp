@@ -21,8 +21,14 @@ void require_pixels(std::size_t values, std::size_t pixels, const char* what) {
                               " values, must have one for each of the " + std::to_string(pixels) + " pixels");
 }
 
-// Values by the pixels of an image.
-struct Grid {
+// To the next pixel of a row or a column.
+struct EdgeStep {
+  int x, y;
+};
+constexpr std::array kEdgeSteps{EdgeStep{1, 0}, EdgeStep{0, 1}};
+
+// Numbers of the pixels of an image.
+struct EdgeGrid {
   int width, height;
   [[nodiscard]] bool has(int x, int y) const { return x >= 0 && y >= 0 && x < width && y < height; }
   [[nodiscard]] std::size_t at(int x, int y) const {
@@ -32,7 +38,7 @@ struct Grid {
 
 // Calls function(x, y, pixel) for each pixel.
 template <typename Function>
-void for_each_pixel(const Grid& grid, const Function& function) {
+void for_each_pixel(const EdgeGrid& grid, const Function& function) {
   for (int y = 0; y < grid.height; ++y) {
     for (int x = 0; x < grid.width; ++x) function(x, y, grid.at(x, y));
   }
@@ -52,14 +58,14 @@ std::vector<float> edge_blur(const Camera& camera, const VisibilityBuffer& visib
   require_pixels(visible.depth.size(), pixels, "the depth");
   require_pixels(visible.face.size(), pixels, "the surface");
   require_pixels(deviation.size(), pixels, "the deviation");
-  const Grid grid{static_cast<int>(camera.width), static_cast<int>(camera.height)};
+  const EdgeGrid grid{static_cast<int>(camera.width), static_cast<int>(camera.height)};
   std::vector<double> blur(pixels, 0);
   for_each_pixel(grid, [&](int x, int y, std::size_t pixel) {
     if (visible.face[pixel] == FaceId::none) return;
     const double z = visible.depth[pixel];
-    for (const auto& [dx, dy] : {std::array{1, 0}, std::array{0, 1}}) {
-      if (!grid.has(x - dx, y - dy) || !grid.has(x + dx, y + dy)) continue;
-      const std::array three{pixel, grid.at(x - dx, y - dy), grid.at(x + dx, y + dy)};
+    for (const EdgeStep& step : kEdgeSteps) {
+      if (!grid.has(x - step.x, y - step.y) || !grid.has(x + step.x, y + step.y)) continue;
+      const std::array three{pixel, grid.at(x - step.x, y - step.y), grid.at(x + step.x, y + step.y)};
       if (visible.face[three[1]] == FaceId::none || visible.face[three[2]] == FaceId::none) continue;
       const double bend = z / visible.depth[three[1]] + z / visible.depth[three[2]] - 2;
       if (!(std::abs(bend) > kEdgeBend)) continue;
@@ -72,12 +78,13 @@ std::vector<float> edge_blur(const Camera& camera, const VisibilityBuffer& visib
     }
   });
   // Along rows, then along columns: r^2 is a sum over both.
-  for (const auto& [dx, dy] : {std::array{1, 0}, std::array{0, 1}}) {
+  for (const EdgeStep& step : kEdgeSteps) {
     std::vector<double> spread(pixels, 0);
     for_each_pixel(grid, [&](int x, int y, std::size_t pixel) {
       for (int r = -kEdgeReach; r <= kEdgeReach; ++r) {
-        if (!grid.has(x + r * dx, y + r * dy)) continue;
-        spread[pixel] = std::max(spread[pixel], blur[grid.at(x + r * dx, y + r * dy)] - kBlurFall * r * r);
+        if (!grid.has(x + r * step.x, y + r * step.y)) continue;
+        const double from = blur[grid.at(x + r * step.x, y + r * step.y)];
+        spread[pixel] = std::max(spread[pixel], from - kBlurFall * r * r);
       }
     });
     blur = std::move(spread);
@@ -92,7 +99,7 @@ Photograph with_soft_edges(const Photograph& picture, const std::vector<std::uin
   require_pixels(seen.size(), pixels, "what sees a surface");
   require_pixels(blur.size(), pixels, "the blur");
   const auto& linear = linear_from_srgb8();
-  const Grid grid{static_cast<int>(picture.width), static_cast<int>(picture.height)};
+  const EdgeGrid grid{static_cast<int>(picture.width), static_cast<int>(picture.height)};
   Photograph result = picture;
   for_each_pixel(grid, [&](int x, int y, std::size_t pixel) {
     if (!seen[pixel] || !(blur[pixel] > 0)) return;

@@ -54,8 +54,8 @@ inline constexpr int kEdgeReach = 5;  // pixels: sqrt(kMostEdgeBlur^2 / kBlurFal
 [[nodiscard]] std::vector<float> edge_blur(const Camera& camera, const VisibilityBuffer& visible,
                                            const std::vector<float>& deviation, double most_deviation);
 
-// Blurs an sRGB picture by V of each pixel. `seen`: 1 for each pixel that sees a surface, else 0; what sees none neither
-// changes nor counts. Throws std::invalid_argument unless both have a value for each pixel.
+// Returns an sRGB picture blurred by V of each pixel. `seen`: 1 for each pixel that sees a surface, else 0. Pixels that
+// see none neither change nor count. Throws std::invalid_argument unless both have a value for each pixel.
 [[nodiscard]] Photograph with_soft_edges(const Photograph& picture, const std::vector<std::uint8_t>& seen,
                                          const std::vector<float>& blur);
 

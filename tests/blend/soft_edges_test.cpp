@@ -189,14 +189,17 @@ std::vector<std::uint8_t> around_steps(const VisibilityBuffer& visible) {
   const auto width = static_cast<int>(visible.width);
   const auto height = static_cast<int>(visible.height);
   std::vector<std::uint8_t> around(visible.depth.size(), 0);
+  const auto at = [&](int x, int y) {
+    return static_cast<std::size_t>(y) * visible.width + static_cast<std::size_t>(x);
+  };
   const auto mark = [&](int x, int y) {
     for (int row = std::max(y - kEdgeReach - 1, 0); row <= std::min(y + kEdgeReach + 1, height - 1); ++row) {
       for (int column = std::max(x - kEdgeReach - 1, 0); column <= std::min(x + kEdgeReach + 1, width - 1); ++column) {
-        around[static_cast<std::size_t>(row * width + column)] = 1;
+        around[at(column, row)] = 1;
       }
     }
   };
-  const auto depth = [&](int x, int y) { return visible.depth[static_cast<std::size_t>(y * width + x)]; };
+  const auto depth = [&](int x, int y) { return visible.depth[at(x, y)]; };
   for (int y = 0; y < height; ++y) {
     for (int x = 0; x < width; ++x) {
       const bool right = x + 1 < width && std::abs(depth(x, y) / depth(x + 1, y) - 1) > kEdgeBend / 3;
