@@ -227,6 +227,12 @@ void Planner::pass_by(const Camera& camera) {
   store_.count_offered(seen);
 }
 
+void Planner::mask_edges_by(const ValidityOptions& validity) {
+  check(validity);
+  options_.validity = validity;
+  refiner_.mask_edges_by(validity);
+}
+
 void Planner::claim_slot(const Camera& camera, const std::vector<CellPart>& seen, const Exchange& exchange,
                          Verdict& verdict, AtlasEdit& edit) {
   verdict.decision = exchange.victims.empty() ? Decision::kept : Decision::replaced;

@@ -54,23 +54,13 @@ struct Verdict {
   std::optional<Refinement> refinement;  // of a view that was to be stored
 };
 
-// The work that a change of the geometry made necessary.
-struct SurfaceUpdate {
-  std::uint32_t views_seen_again = 0;   // whose cells were counted anew
-  std::uint32_t depths_made_again = 0;  // how many of those have another depth than before
-};
-
-// When update_surface() makes depths again: at once, or view by view, by Planner::renew_depth(). The latter is for a
-// stream, in which something more urgent comes between two views, and a view that two surfaces change is done once.
-enum class DepthRenewal { now, later };
-
 // Returns the photograph of the offered view. Called at most once, before offer() returns.
 using PhotographSource = std::function<Photograph()>;
 
 class Planner {
  public:
-  // Writes to `atlas` alone; both must outlive the planner (or, for `visibility`, be replaced by update_surface()). The
-  // atlas must be empty (std::invalid_argument).
+  // Writes to `atlas` alone. Both must outlive the planner, `visibility` only until GeometryFollower::update_surface()
+  // replaces it. The atlas must be empty (std::invalid_argument).
   Planner(Atlas& atlas, const Visibility& visibility, const PlannerOptions& options);
 
   // The camera must pass check(), and the photograph be as large as its camera says, with three values a pixel of
@@ -112,29 +102,9 @@ class Planner {
   // How depth edges are masked from now on, where stored views have been replaced by such of another resolution. Throws
   // std::invalid_argument if it does not pass check().
   void mask_edges_by(const ValidityOptions& validity);
-  // The mesh has changed. `visibility` sees the new one and is used from here on. `previous_cell` and `changed` say
-  // what became of the cells, as CellGrowth does: by cell of the new surface, which one it was, and whether it is as it
-  // was. No slot may be promised (std::logic_error). Views that can see a cell that is new, changed or gone are counted
-  // again, at the poses that they are stored with, and their depths and masks made again; nothing else is. References
-  // are then those of the new cells, and of a cell that is new or changed only the stored views were offered. Throws
-  // std::invalid_argument, and changes nothing, if the surface does not fit: see Atlas::replace_surface(). With
-  // DepthRenewal::later the views keep the depths and masks of the surface before until renew_depth() makes them again.
-  SurfaceUpdate update_surface(std::shared_ptr<const Surface> surface, const Visibility& visibility,
-                               std::span<const CellId> previous_cell, std::span<const std::uint8_t> changed,
-                               DepthRenewal depths = DepthRenewal::now);
-  // Makes the depth and mask of one view again that update_surface() left for later, the one that has waited longest.
-  // Returns false if there was none.
-  bool renew_depth();
-  // Tells whether renew_depth() may have a view to do.
-  [[nodiscard]] bool has_old_depths() const { return !old_depths_.empty(); }
-  // The caller has found other poses for stored views, as a SLAM system does when it closes a loop. `poses` has the
-  // poses that the views would be offered with now; what refinement corrected of the former ones is applied to these
-  // too. A snapshot has all the new poses or none. Then the cells that the views see are counted again and their depths
-  // and masks are made again, view by view, and at the end all references follow at once. No slot may be promised
-  // (std::logic_error). Throws what Atlas::set_poses() throws, and changes nothing then.
-  SurfaceUpdate move_views(std::span<const ViewPose> poses);
 
  private:
+  friend class GeometryFollower;
   friend class Pruning;
   // A view that the atlas is about to hold, and the face that each pixel shows.
   struct ReadyView {
@@ -162,11 +132,6 @@ class Planner {
   void put(ReadyView ready, const Camera& camera, Verdict& verdict, AtlasEdit edit);
   void take(const std::string& name, const Camera& camera, const std::vector<CellPart>& seen, const Exchange& exchange,
             Photograph photograph, Verdict& verdict);
-  [[nodiscard]] std::vector<ViewSlot> views_of_change(std::span<const CellId> previous_cell,
-                                                      std::span<const std::uint8_t> changed,
-                                                      const Surface& surface) const;
-  bool make_depth_again(ViewSlot slot);
-  void count_again(ViewSlot slot);
 
   Atlas& atlas_;
   const Visibility* visibility_;
@@ -174,7 +139,7 @@ class Planner {
   Refiner refiner_;
   PlannedStore store_;
   VisibilityBuffer buffer_;
-  std::vector<ViewSlot> old_depths_;  // slots whose view may have another depth on this surface, the oldest first
+  std::vector<ViewSlot> old_depths_;  // views whose depths GeometryFollower is to make again, the oldest first
 };
 
 }  // namespace lumatlas

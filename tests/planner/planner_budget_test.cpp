@@ -10,6 +10,7 @@
 #include <random>
 #include <stdexcept>
 
+#include "planner/geometry_follower.h"
 #include "planner/offline_planner.h"
 #include "planner/planner.h"
 #include "planner/predicted_loss.h"
@@ -250,7 +251,8 @@ TEST_CASE("a promised slot waits for its photograph, and only such a slot is fil
                   std::invalid_argument);
   CHECK_THROWS_WITH(store.planner.fill("later", {}, verdict), Catch::Contains("no function for its photograph"));
   CHECK(store.planner.store().promised_camera("later", 0) != nullptr);
-  CHECK_THROWS_AS(store.planner.update_surface(store.surface, *store.visibility, {}, {}), std::logic_error);
+  CHECK_THROWS_AS(GeometryFollower(store.planner).update_surface(store.surface, *store.visibility, {}, {}),
+                  std::logic_error);
   // A view that comes in between takes the next slot, and refers to nothing that is not there.
   REQUIRE(store.offer("now", room_camera(8)).slot == 1u);
   CHECK_THROWS_WITH(store.planner.fill("another", broken, verdict), "planner: view another is promised no slot");

@@ -15,6 +15,7 @@
 #include "planner/coverage/coverage_ledger.h"
 #include "planner/coverage/direction_coverage.h"
 #include "planner/coverage/offered_coverage.h"
+#include "planner/geometry_follower.h"
 #include "planner/planner.h"
 #include "planner/predicted_loss.h"
 #include "planner/refinement/exposure_graph.h"
@@ -251,8 +252,9 @@ TEST_CASE("a planner refuses cameras that are none and photographs that lack pix
   CHECK(complaint([&] { (void)planned.planner.parts_of(broken); }) == "camera: fx is nan, must be finite and positive");
   CHECK(complaint([&] { (void)planned.planner.offer("a", camera, PhotographSource()); }) ==
         "planner: view a: there is no function for its photograph");
-  CHECK(complaint([&] { (void)planned.planner.update_surface(nullptr, *planned.relief.visibility, {}, {}); }) ==
-        "planner: surface is null");
+  CHECK(complaint([&] {
+          (void)GeometryFollower(planned.planner).update_surface(nullptr, *planned.relief.visibility, {}, {});
+        }) == "planner: surface is null");
   CHECK(complaint([&] { (void)median_surface_distance(std::vector{broken}, *planned.relief.visibility); }) ==
         "camera: fx is nan, must be finite and positive");
   const PhotographSource missing = []() -> Photograph { throw std::invalid_argument("no such file"); };

@@ -13,6 +13,7 @@
 #include "blend/gl/egl_context.h"
 #include "blend/gpu_bytes.h"
 #include "mesh/base/errors.h"
+#include "planner/geometry_follower.h"
 #include "tools/base/process/interrupt.h"
 
 namespace lumatlas {
@@ -36,8 +37,9 @@ void put_under(const SeenSurface& seen, const std::vector<Camera>& turned_away, 
   throw_if_interrupted();
   const std::size_t cells = seen.input.surface->cells.cells.size();
   try {
-    planner.update_surface(seen.input.surface, *seen.visibility, std::vector<CellId>(cells, CellId::none),
-                           std::vector<std::uint8_t>(cells, 1));
+    GeometryFollower(planner).update_surface(seen.input.surface, *seen.visibility,
+                                             std::vector<CellId>(cells, CellId::none),
+                                             std::vector<std::uint8_t>(cells, 1));
     for (const Camera& camera : turned_away) planner.pass_by(camera);
   } catch (const GlError& error) {
     throw std::runtime_error(std::string("the stored views cannot be seen again: ") + error.what());

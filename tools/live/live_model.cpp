@@ -13,6 +13,7 @@
 
 #include "atlas/atlas.h"
 #include "mesh/base/requirement.h"
+#include "planner/geometry_follower.h"
 #include "planner/tile_choice.h"
 #include "tools/live/live_coverage.h"
 #include "tools/live/waiting.h"
@@ -400,10 +401,10 @@ void LiveModel::State::store_view(Lock& lock, std::size_t place) {
 void LiveModel::State::renew_depth(Lock& lock) {
   lock.unlock();
   const LiveStopwatch stopwatch;
-  (void)planner->renew_depth();
+  (void)GeometryFollower(*planner).renew_depth();
   lock.lock();
   stopwatch.stop(status.depth_renewing);
-  old_depths = planner->has_old_depths();
+  old_depths = GeometryFollower(*planner).has_old_depths();
 }
 
 // Views that were not needed count for what the stream asks for.
@@ -428,15 +429,15 @@ void LiveModel::State::take_surface(Lock& lock) {
   lock.unlock();
   const LiveStopwatch stopwatch;
   if (planner) {
-    planner->update_surface(next.surface.surface, *next.surface.visibility, next.surface.previous_cell,
-                            next.surface.changed, DepthRenewal::later);
+    GeometryFollower(*planner).update_surface(next.surface.surface, *next.surface.visibility,
+                                              next.surface.previous_cell, next.surface.changed, DepthRenewal::later);
   } else {
     start_planner(next.surface);
   }
   planner_visibility = next.surface.visibility;
   lock.lock();
   shown_atlas = atlas;
-  old_depths = planner->has_old_depths();
+  old_depths = GeometryFollower(*planner).has_old_depths();
   status.faces = next.surface.surface->mesh.faces.size();
   status.cells = next.surface.surface->cells.cells.size();
   count_anew(lock, std::make_shared<const LiveSight>(LiveSight{next.surface.surface, next.surface.visibility}),
@@ -456,7 +457,7 @@ void LiveModel::State::take_moves(Lock& lock) {
     const auto moved = std::find_if(views.begin(), views.end(), [&](const auto& v) { return v.name == name; });
     if (moved != views.end()) poses.push_back({slot, moved->camera});
   }
-  if (!poses.empty()) planner->move_views(poses);
+  if (!poses.empty()) GeometryFollower(*planner).move_views(poses);
   lock.lock();
   count_anew(lock, sight, sight_depths);
   stopwatch.stop(status.moving);

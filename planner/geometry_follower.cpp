@@ -1,14 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Planner::update_surface() and move_views(): geometry and poses change while the stream runs (Erat et al. 2019,
-// section 5).
+#include "planner/geometry_follower.h"
+
 #include <algorithm>
 #include <array>
 #include <glm/glm.hpp>
 #include <iterator>
 #include <stdexcept>
 #include <utility>
-
-#include "planner/planner.h"
 
 namespace lumatlas {
 
@@ -60,9 +58,10 @@ bool may_show(const Camera& camera, const std::array<glm::dvec3, 4>& normals, co
 
 }  // namespace
 
-std::vector<ViewSlot> Planner::views_of_change(std::span<const CellId> previous_cell,
-                                               std::span<const std::uint8_t> changed, const Surface& surface) const {
-  const std::shared_ptr<const Surface> old_surface = atlas_.surface();
+std::vector<ViewSlot> GeometryFollower::views_of_change(std::span<const CellId> previous_cell,
+                                                        std::span<const std::uint8_t> changed,
+                                                        const Surface& surface) const {
+  const std::shared_ptr<const Surface> old_surface = planner_.atlas_.surface();
   const Cells& before = old_surface->cells;
   const std::vector<Sphere> spheres = spheres_of_change(before, surface.cells, previous_cell, changed);
   std::vector<std::uint8_t> stays(before.cells.size(), 0);
@@ -70,10 +69,10 @@ std::vector<ViewSlot> Planner::views_of_change(std::span<const CellId> previous_
     if (changed[cell] == 0) stays[previous_cell[cell]] = 1;
   }
   std::vector<ViewSlot> slots;
-  for (const ViewSlot slot : store_.held_slots()) {
-    const Camera& camera = atlas_.view(slot)->camera;
+  for (const ViewSlot slot : planner_.store_.held_slots()) {
+    const Camera& camera = planner_.atlas_.view(slot)->camera;
     const std::array<glm::dvec3, 4> normals = inward_normals(camera);
-    const std::span<const CellPart> seen = store_.ledger().parts(slot);
+    const std::span<const CellPart> seen = planner_.store_.ledger().parts(slot);
     // Cells were counted at the given pose, depth was made at a refined one: either may have changed.
     if (std::any_of(seen.begin(), seen.end(), [&](const CellPart& entry) { return stays[entry.cell] == 0; }) ||
         std::any_of(spheres.begin(), spheres.end(),
@@ -84,49 +83,44 @@ std::vector<ViewSlot> Planner::views_of_change(std::span<const CellId> previous_
   return slots;
 }
 
-void Planner::mask_edges_by(const ValidityOptions& validity) {
-  check(validity);
-  options_.validity = validity;
-  refiner_.mask_edges_by(validity);
-}
-
 // Returns whether the view shows something else than before.
-bool Planner::make_depth_again(ViewSlot slot) {
-  const std::shared_ptr<const StoredView> old = atlas_.view(slot);
-  VisibilityBuffer visible = visibility_->trace_sparsely(old->camera);
+bool GeometryFollower::make_depth_again(ViewSlot slot) {
+  const std::shared_ptr<const StoredView> old = planner_.atlas_.view(slot);
+  VisibilityBuffer visible = planner_.visibility_->trace_sparsely(old->camera);
   const bool same_depth = old->mask->depth == visible.depth;
-  if (same_depth && atlas_.layout().whole_views()) return false;
+  if (same_depth && planner_.atlas_.layout().whole_views()) return false;
   TiledView tiled =
-      make_tiled_view(old->name, old->camera, old->photograph, std::move(visible), atlas_.surface()->cells,
-                      atlas_.layout(), options_.validity, old->mask->trust.all());
-  atlas_.replace_mask(slot, std::move(tiled.view.mask), std::move(tiled.shown));
-  refiner_.replaced(slot);
+      make_tiled_view(old->name, old->camera, old->photograph, std::move(visible), planner_.atlas_.surface()->cells,
+                      planner_.atlas_.layout(), planner_.options_.validity, old->mask->trust.all());
+  planner_.atlas_.replace_mask(slot, std::move(tiled.view.mask), std::move(tiled.shown));
+  planner_.refiner_.replaced(slot);
   return !same_depth;
 }
 
-void Planner::count_again(ViewSlot slot) {
-  const Camera small = planning_camera(atlas_.view(slot)->camera);
-  const std::vector<CellPixels> seen = count_cell_pixels(visibility_->trace(small), atlas_.surface()->cells);
-  atlas_.mark_seen(seen);
-  store_.count_again(slot, parts(small, seen));
+void GeometryFollower::count_again(ViewSlot slot) {
+  const Camera small = planner_.planning_camera(planner_.atlas_.view(slot)->camera);
+  const std::vector<CellPixels> seen =
+      count_cell_pixels(planner_.visibility_->trace(small), planner_.atlas_.surface()->cells);
+  planner_.atlas_.mark_seen(seen);
+  planner_.store_.count_again(slot, planner_.parts(small, seen));
 }
 
-bool Planner::renew_depth() {
-  while (!old_depths_.empty()) {
-    const ViewSlot slot = old_depths_.front();
-    old_depths_.erase(old_depths_.begin());
-    if (atlas_.view(slot) == nullptr) continue;  // has left the store since
+bool GeometryFollower::renew_depth() {
+  while (!planner_.old_depths_.empty()) {
+    const ViewSlot slot = planner_.old_depths_.front();
+    planner_.old_depths_.erase(planner_.old_depths_.begin());
+    if (planner_.atlas_.view(slot) == nullptr) continue;  // has left the store since
     (void)make_depth_again(slot);
     return true;
   }
   return false;
 }
 
-SurfaceUpdate Planner::update_surface(std::shared_ptr<const Surface> surface, const Visibility& visibility,
-                                      std::span<const CellId> previous_cell, std::span<const std::uint8_t> changed,
-                                      DepthRenewal depths) {
+SurfaceUpdate GeometryFollower::update_surface(std::shared_ptr<const Surface> surface, const Visibility& visibility,
+                                               std::span<const CellId> previous_cell,
+                                               std::span<const std::uint8_t> changed, DepthRenewal depths) {
   if (!surface) throw std::invalid_argument("planner: surface is null");
-  if (store_.held_views() != atlas_.size())
+  if (planner_.store_.held_views() != planner_.atlas_.size())
     throw std::logic_error("planner: the surface changes while slots are promised");
   const std::size_t cells = surface->cells.cells.size();
   if (changed.size() != cells || previous_cell.size() != cells) {
@@ -135,7 +129,7 @@ SurfaceUpdate Planner::update_surface(std::shared_ptr<const Surface> surface, co
                                 std::to_string(cells));
   }
   std::vector<CellId> unchanged(cells, CellId::none);
-  std::vector<std::uint8_t> taken(atlas_.surface()->cells.cells.size(), 0);
+  std::vector<std::uint8_t> taken(planner_.atlas_.surface()->cells.cells.size(), 0);
   for (std::size_t cell = 0; cell < cells; ++cell) {
     if (changed[cell] != 0) continue;
     if (previous_cell[cell] >= taken.size()) {
@@ -149,47 +143,50 @@ SurfaceUpdate Planner::update_surface(std::shared_ptr<const Surface> surface, co
     unchanged[cell] = previous_cell[cell];
   }
   const std::vector<ViewSlot> again = views_of_change(previous_cell, changed, *surface);
-  atlas_.replace_surface(std::move(surface), previous_cell);
-  const std::shared_ptr<const Surface> now = atlas_.surface();
-  store_.follow(*now, again, unchanged);
-  visibility_ = &visibility;
-  refiner_.see_with(visibility);
+  planner_.atlas_.replace_surface(std::move(surface), previous_cell);
+  const std::shared_ptr<const Surface> now = planner_.atlas_.surface();
+  planner_.store_.follow(*now, again, unchanged);
+  planner_.visibility_ = &visibility;
+  planner_.refiner_.see_with(visibility);
   SurfaceUpdate update;
   update.views_seen_again = static_cast<std::uint32_t>(again.size());
   for (const ViewSlot slot : again) {
     count_again(slot);
     if (depths == DepthRenewal::now) {
       update.depths_made_again += make_depth_again(slot);
-    } else if (std::find(old_depths_.begin(), old_depths_.end(), slot) == old_depths_.end()) {
-      old_depths_.push_back(slot);
+    } else if (std::find(planner_.old_depths_.begin(), planner_.old_depths_.end(), slot) ==
+               planner_.old_depths_.end()) {
+      planner_.old_depths_.push_back(slot);
     }
   }
-  store_.offer_again(again, changed);
+  planner_.store_.offer_again(again, changed);
   return update;
 }
 
-SurfaceUpdate Planner::move_views(std::span<const ViewPose> poses) {
-  if (store_.held_views() != atlas_.size()) throw std::logic_error("planner: views move while slots are promised");
+SurfaceUpdate GeometryFollower::move_views(std::span<const ViewPose> poses) {
+  if (planner_.store_.held_views() != planner_.atlas_.size())
+    throw std::logic_error("planner: views move while slots are promised");
   std::vector<ViewPose> refined;
   std::vector<ViewSlot> moved;
   for (const ViewPose& pose : poses) {
-    refined.push_back({pose.slot, refiner_.refined_from(pose.slot, pose.camera)});
+    refined.push_back({pose.slot, planner_.refiner_.refined_from(pose.slot, pose.camera)});
     moved.push_back(pose.slot);
   }
-  atlas_.set_poses(refined);
-  for (std::size_t i = 0; i < poses.size(); ++i) refiner_.moved(poses[i].slot, poses[i].camera, refined[i].camera);
-  const std::shared_ptr<const Surface> surface = atlas_.surface();
+  planner_.atlas_.set_poses(refined);
+  for (std::size_t i = 0; i < poses.size(); ++i)
+    planner_.refiner_.moved(poses[i].slot, poses[i].camera, refined[i].camera);
+  const std::shared_ptr<const Surface> surface = planner_.atlas_.surface();
   const std::size_t cells = surface->cells.cells.size();
   std::vector<CellId> same(cells);
   for (CellId cell{0}; cell < cells; ++cell) same[cell] = cell;
-  store_.follow(*surface, moved, same);
+  planner_.store_.follow(*surface, moved, same);
   SurfaceUpdate update;
   update.views_seen_again = static_cast<std::uint32_t>(moved.size());
   for (const ViewSlot slot : moved) {
     count_again(slot);
     update.depths_made_again += make_depth_again(slot);
   }
-  store_.offer_again(moved, std::vector<std::uint8_t>(cells, 0));
+  planner_.store_.offer_again(moved, std::vector<std::uint8_t>(cells, 0));
   return update;
 }
 

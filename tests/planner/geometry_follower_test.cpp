@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Geometry and poses change while the stream runs: Planner::update_surface() and move_views().
+// Geometry and poses change while the stream runs: GeometryFollower.
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <functional>
 #include <glm/glm.hpp>
 
 #include "mesh/cells/cell_growth.h"
+#include "planner/geometry_follower.h"
 #include "planner/hindsight.h"
 #include "planner/planner.h"
 #include "planner/pruning.h"
@@ -80,8 +81,8 @@ struct PlannedSurface {
   }
   SurfaceUpdate become(const Grown& change, DepthRenewal depths = DepthRenewal::now) {
     std::unique_ptr<Visibility> now = make_ray_visibility(change.surface->mesh);
-    const SurfaceUpdate update =
-        planner.update_surface(change.surface, *now, change.growth.previous_cell, change.growth.changed, depths);
+    const SurfaceUpdate update = GeometryFollower(planner).update_surface(
+        change.surface, *now, change.growth.previous_cell, change.growth.changed, depths);
     surface = change.surface;
     visibility = std::move(now);
     return update;
@@ -131,8 +132,8 @@ TEST_CASE("where all cells are new, the store is compared with what it still hol
     planner.keep("view " + std::to_string(number), camera, [&] { return pattern_photograph(camera, number); });
   }
   const std::size_t cells = surface->cells.cells.size();
-  planner.update_surface(surface, *visibility, std::vector<CellId>(cells, CellId::none),
-                         std::vector<std::uint8_t>(cells, 1));
+  GeometryFollower(planner).update_surface(surface, *visibility, std::vector<CellId>(cells, CellId::none),
+                                           std::vector<std::uint8_t>(cells, 1));
   CHECK(Pruning(planner).predicted_loss().gap == Approx(0).margin(1e-5));
   const std::vector<ThinningStep> order = Hindsight(planner).thinning_order();
   REQUIRE(order.size() == kMostViews);
@@ -175,8 +176,8 @@ TEST_CASE("depths that are left for later follow view by view, once for two surf
   const Mesh bare = scene.surface->mesh;
   std::vector<std::shared_ptr<const StoredView>> before;
   for (ViewSlot slot{0}; slot < kMostViews; ++slot) before.push_back(scene.atlas.view(slot));
-  CHECK_FALSE(scene.planner.has_old_depths());
-  CHECK_FALSE(scene.planner.renew_depth());
+  CHECK_FALSE(GeometryFollower(scene.planner).has_old_depths());
+  CHECK_FALSE(GeometryFollower(scene.planner).renew_depth());
 
   std::uint32_t seen_again = 0;
   for (const float height : {0.5F, 0.9F}) {
@@ -186,10 +187,10 @@ TEST_CASE("depths that are left for later follow view by view, once for two surf
   }
   for (ViewSlot slot{0}; slot < kMostViews; ++slot) CHECK(scene.atlas.view(slot) == before[slot]);
   std::uint32_t renewed = 0;
-  while (scene.planner.renew_depth()) ++renewed;
+  while (GeometryFollower(scene.planner).renew_depth()) ++renewed;
   CHECK(renewed > 0);
   CHECK(renewed < seen_again);
-  CHECK_FALSE(scene.planner.has_old_depths());
+  CHECK_FALSE(GeometryFollower(scene.planner).has_old_depths());
   check_against_new_start(scene);
 }
 
@@ -245,16 +246,19 @@ TEST_CASE("what is said of the cells must fit the surface") {
   const Grown same = grown(*scene.surface, scene.surface->mesh);
   const double before = scene.planner.store().summed_coverage();
   const std::vector<std::uint8_t> none;
-  CHECK_THROWS_AS(scene.planner.update_surface(same.surface, *scene.visibility, same.growth.previous_cell, none),
-                  std::invalid_argument);
+  CHECK_THROWS_AS(
+      GeometryFollower(scene.planner).update_surface(same.surface, *scene.visibility, same.growth.previous_cell, none),
+      std::invalid_argument);
   std::vector<CellId> unknown = same.growth.previous_cell;
   unknown[3] = CellId::none;
-  CHECK_THROWS_WITH(scene.planner.update_surface(same.surface, *scene.visibility, unknown, same.growth.changed),
-                    Catch::Contains("cell 3"));
+  CHECK_THROWS_WITH(
+      GeometryFollower(scene.planner).update_surface(same.surface, *scene.visibility, unknown, same.growth.changed),
+      Catch::Contains("cell 3"));
   std::vector<CellId> twice = same.growth.previous_cell;
   twice[4] = twice[3];
-  CHECK_THROWS_WITH(scene.planner.update_surface(same.surface, *scene.visibility, twice, same.growth.changed),
-                    Catch::Contains("cell 4") && Catch::Contains("another is already"));
+  CHECK_THROWS_WITH(
+      GeometryFollower(scene.planner).update_surface(same.surface, *scene.visibility, twice, same.growth.changed),
+      Catch::Contains("cell 4") && Catch::Contains("another is already"));
   CHECK(scene.planner.store().summed_coverage() == before);
 }
 
@@ -275,7 +279,7 @@ TEST_CASE("after a loop closure the store is as if its views had come with the l
     if (drifts) closed.push_back({*verdict.slot, camera});
   }
   const Snapshot before = scene.atlas.snapshot();
-  const SurfaceUpdate update = scene.planner.move_views(closed);
+  const SurfaceUpdate update = GeometryFollower(scene.planner).move_views(closed);
   CHECK(update.views_seen_again == closed.size());
   CHECK(update.depths_made_again == closed.size());
   check_against_new_start(scene);
@@ -304,7 +308,7 @@ TEST_CASE("a loop closure keeps what refinement corrected of a pose") {
     given.cam_from_world_translation.x += 0.02;
     const glm::dvec3 corrected = refined.cam_from_world(given.center());
     const Camera closed = drifted(given);
-    planner.move_views(std::vector<ViewPose>{{slot, closed}});
+    GeometryFollower(planner).move_views(std::vector<ViewPose>{{slot, closed}});
     CHECK(glm::distance(atlas.view(slot)->camera.cam_from_world(closed.center()), corrected) < 1e-9);
   }
 }
@@ -316,9 +320,9 @@ TEST_CASE("a loop closure that names a slot without a view, or a view twice, cha
   const double covered = scene.planner.store().summed_coverage();
   const Camera camera = drifted(room_camera(0));
   const std::vector<ViewPose> of_none{{ViewSlot{0}, camera}, {ViewSlot{7}, camera}};
-  CHECK_THROWS_AS(scene.planner.move_views(of_none), std::logic_error);
+  CHECK_THROWS_AS(GeometryFollower(scene.planner).move_views(of_none), std::logic_error);
   const std::vector<ViewPose> twice{{ViewSlot{0}, camera}, {ViewSlot{0}, camera}};
-  CHECK_THROWS_AS(scene.planner.move_views(twice), std::invalid_argument);
+  CHECK_THROWS_AS(GeometryFollower(scene.planner).move_views(twice), std::invalid_argument);
   CHECK(scene.atlas.view(ViewSlot{0})->camera.center() == room_camera(0).center());
   CHECK(scene.planner.store().summed_coverage() == covered);
 }
