@@ -93,7 +93,7 @@ bool GeometryFollower::make_depth_again(ViewSlot slot) {
       make_tiled_view(old->name, old->camera, old->photograph, std::move(visible), planner_.atlas_.surface()->cells,
                       planner_.atlas_.layout(), planner_.options_.validity, old->mask->trust.all());
   planner_.atlas_.replace_mask(slot, std::move(tiled.view.mask), std::move(tiled.shown));
-  planner_.refiner_.replaced(slot);
+  planner_.refiner_.refresh(slot);
   return !same_depth;
 }
 
@@ -147,7 +147,7 @@ SurfaceUpdate GeometryFollower::update_surface(std::shared_ptr<const Surface> su
   const std::shared_ptr<const Surface> now = planner_.atlas_.surface();
   planner_.store_.follow(*now, again, unchanged);
   planner_.visibility_ = &visibility;
-  planner_.refiner_.see_with(visibility);
+  planner_.refiner_.set_visibility(visibility);
   SurfaceUpdate update;
   update.views_seen_again = static_cast<std::uint32_t>(again.size());
   for (const ViewSlot slot : again) {
@@ -174,7 +174,7 @@ SurfaceUpdate GeometryFollower::move_views(std::span<const ViewPose> poses) {
   }
   planner_.atlas_.set_poses(refined);
   for (std::size_t i = 0; i < poses.size(); ++i)
-    planner_.refiner_.moved(poses[i].slot, poses[i].camera, refined[i].camera);
+    planner_.refiner_.set_pose(poses[i].slot, poses[i].camera, refined[i].camera);
   const std::shared_ptr<const Surface> surface = planner_.atlas_.surface();
   const std::size_t cells = surface->cells.cells.size();
   std::vector<CellId> same(cells);

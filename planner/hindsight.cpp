@@ -19,7 +19,7 @@ CoverageLedger Hindsight::ledger_of(std::span<const ViewSlot> slots, std::span<c
   const PlannerOptions& options = store_.options();
   CoverageLedger ledger(*store_.atlas().surface(), store_.atlas().capacity(), options.coverage,
                         options.min_reference_gain);
-  for (const ViewSlot slot : offered) ledger.ask(store_.ledger().parts(slot));
+  for (const ViewSlot slot : offered) ledger.add_demand(store_.ledger().parts(slot));
   for (const ViewSlot slot : slots) {
     may_interrupt(store_.options().refinement.interruption_point);
     const std::span<const CellPart> parts = store_.ledger().parts(slot);

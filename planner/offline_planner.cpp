@@ -41,7 +41,7 @@ class OfflinePlanner {
         ledger_(surface, static_cast<std::uint32_t>(count_), options.coverage, options.min_reference_gain) {
     for (const std::vector<CellPart>& parts : views) {
       may_interrupt(interruption_point_);
-      ledger_.ask(parts);
+      ledger_.add_demand(parts);
     }
   }
 

@@ -62,14 +62,14 @@ bool PlannedStore::fits(std::uint64_t bytes, std::uint64_t freed_bytes, std::uin
   return options_.max_bytes == 0 || stored_bytes_ - freed_bytes + bytes <= options_.max_bytes;
 }
 
-void PlannedStore::ask(std::span<const CellPart> seen) {
-  ledger_.ask(seen);
-  if (offered_) offered_->ask(seen);
+void PlannedStore::add_demand(std::span<const CellPart> seen) {
+  ledger_.add_demand(seen);
+  if (offered_) offered_->add_demand(seen);
 }
 
-void PlannedStore::unask(std::span<const CellPart> seen) {
-  ledger_.unask(seen);
-  if (offered_) offered_->unask(seen);
+void PlannedStore::remove_demand(std::span<const CellPart> seen) {
+  ledger_.remove_demand(seen);
+  if (offered_) offered_->remove_demand(seen);
 }
 
 void PlannedStore::count_offered(std::span<const CellPart> seen) {
@@ -112,7 +112,7 @@ void PlannedStore::evict(ViewSlot slot, AtlasEdit& edit) {
   promised_[slot].reset();
   publish(seen, edit);
   if (promised) return;
-  refiner_.erased(slot);
+  refiner_.remove(slot);
   edit.erase(slot);
 }
 
@@ -143,7 +143,7 @@ void PlannedStore::publish(CellId cell, AtlasEdit& edit) const {
 void PlannedStore::follow(const Surface& surface, std::span<const ViewSlot> again,
                           std::span<const CellId> unchanged_cell) {
   for (const ViewSlot slot : again) {
-    ledger_.unask(ledger_.parts(slot));
+    ledger_.remove_demand(ledger_.parts(slot));
     ledger_.erase(slot);
   }
   ledger_.follow(surface, unchanged_cell);
@@ -151,7 +151,7 @@ void PlannedStore::follow(const Surface& surface, std::span<const ViewSlot> agai
 }
 
 void PlannedStore::count_again(ViewSlot slot, std::vector<CellPart> seen) {
-  ledger_.ask(seen);
+  ledger_.add_demand(seen);
   ledger_.insert(slot, std::move(seen));
 }
 
@@ -165,8 +165,8 @@ void PlannedStore::offer_again(std::span<const ViewSlot> slots, std::span<const 
       std::copy_if(seen.begin(), seen.end(), std::back_inserter(view),
                    [&](const CellPart& entry) { return changed[entry.cell] != 0; });
     }
-    // All ask before any is added: what a view is worth depends on what is asked for.
-    for (const std::vector<CellPart>& view : views) offered_->ask(view);
+    // The demand of all comes first: what a view is worth depends on it.
+    for (const std::vector<CellPart>& view : views) offered_->add_demand(view);
     for (const std::vector<CellPart>& view : views) offered_->add(view);
   }
   AtlasEdit edit;

@@ -62,10 +62,10 @@ class PlannedStore {
   // Returns whether a view of `bytes` has room once `freed_slots` views have left, which take `freed_bytes` together.
   [[nodiscard]] bool fits(std::uint64_t bytes, std::uint64_t freed_bytes = 0, std::uint32_t freed_slots = 0) const;
 
-  // Counts the cells that a view sees as asked for (CellDemand), or takes that back.
-  void ask(std::span<const CellPart> seen);
-  void unask(std::span<const CellPart> seen);
-  // A view that has asked counts among the offered ones from here on.
+  // Adds the demand of a view for the cells that it sees (CellDemand), or removes it.
+  void add_demand(std::span<const CellPart> seen);
+  void remove_demand(std::span<const CellPart> seen);
+  // Counts a view, whose demand was added, among the offered ones.
   void count_offered(std::span<const CellPart> seen);
   // Marks the cells in the atlas as seen.
   void note_seen(std::span<const CellPart> seen);
@@ -73,15 +73,14 @@ class PlannedStore {
 
   // Gives the lowest free slot to a view and returns it; there must be one.
   ViewSlot claim(const Camera& camera, const std::vector<CellPart>& seen);
-  // The slot, which was just claimed, waits for its photograph.
+  // Promises the slot, which was just claimed, to a view without its photograph.
   void promise(ViewSlot slot, const std::string& name, const Camera& camera);
-  // Puts the view into the atlas, in its slot, and lets the cells that it sees refer to it, once the caller commits the
-  // edit.
+  // Adds to the edit: the view in its slot, and references of the cells that it sees.
   void put(ViewSlot slot, TiledView tiled, AtlasEdit& edit);
-  // Frees the slot; what cells refer to follows. The atlas follows once the caller commits the edit.
+  // Frees the slot here, and adds to the edit that the atlas frees it, with the references that cells then have.
   void evict(ViewSlot slot, AtlasEdit& edit);
-  void evict(ViewSlot slot);  // the same, and the atlas follows at once
-  // The cell can do without these of its references.
+  void evict(ViewSlot slot);  // the same, and commits the edit
+  // Removes these references of a cell.
   void give_up(CellId cell, std::span<const ViewSlot> slots);
 
   // For GeometryFollower, in this order. follow() takes the views whose cells are counted again out of the ledger and
@@ -109,7 +108,7 @@ class PlannedStore {
   std::vector<std::optional<Promise>> promised_;  // by slot
   std::vector<std::uint64_t> slot_bytes_;         // of the view that has it, as it came: see lumatlas::stored_bytes()
   std::uint32_t held_views_ = 0;
-  std::uint64_t stored_bytes_ = 0;  // of these
+  std::uint64_t stored_bytes_ = 0;  // of the held views
   bool short_of_room_ = false;
 };
 

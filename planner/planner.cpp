@@ -14,9 +14,8 @@ namespace lumatlas {
 
 namespace {
 
-// The share of PlannerOptions::max_loss_db that may be lost while the stream goes on. It is less than all of it,
-// because a view that is turned away does not come back while one that is kept can still be taken away: Pruning::thin()
-// chooses better among more views.
+// The share of PlannerOptions::max_loss_db that may be lost while the stream goes on. It is below 1, because a rejected
+// view does not come back and a stored one can still be evicted: Pruning::prune() chooses better among more views.
 constexpr double kShareWhileGrowing = 0.5;
 
 // Adds the time that it lives to a field, in milliseconds.
@@ -34,14 +33,15 @@ class Stopwatch {
   std::chrono::steady_clock::time_point start_;
 };
 
-// Counts the cells that a view sees as asked for (CellDemand). Unless confirm() is called, that is taken back at the
-// end of the scope: a view that turns out to be an outlier stood elsewhere, and one whose photograph cannot be had is
-// to leave no trace.
+// Adds the demand of a view (CellDemand). Unless confirm() is called, the end of the scope removes it: an outlier was
+// not taken where its pose says, and a view whose photograph cannot be read leaves no trace.
 class PendingDemand {
  public:
-  PendingDemand(PlannedStore& store, std::span<const CellPart> seen) : store_(store), seen_(seen) { store.ask(seen); }
+  PendingDemand(PlannedStore& store, std::span<const CellPart> seen) : store_(store), seen_(seen) {
+    store.add_demand(seen);
+  }
   ~PendingDemand() {
-    if (!confirmed_) store_.unask(seen_);
+    if (!confirmed_) store_.remove_demand(seen_);
   }
   PendingDemand(const PendingDemand&) = delete;
   PendingDemand& operator=(const PendingDemand&) = delete;
@@ -192,7 +192,7 @@ Verdict Planner::offer_again(const std::string& name, const Camera& camera, cons
   const std::vector<CellPart> seen = look(camera, verdict);
   decide(name, camera, photograph, seen, verdict);
   store_.note_seen(seen);
-  if (verdict.decision == Decision::outlier) store_.unask(seen);
+  if (verdict.decision == Decision::outlier) store_.remove_demand(seen);
   return verdict;
 }
 
@@ -200,7 +200,7 @@ Verdict Planner::offer(const std::string& name, const Camera& camera, Photograph
   return offer(name, camera, [&] { return std::move(photograph); });
 }
 
-Verdict Planner::keep(const std::string& name, const Camera& camera, const PhotographSource& photograph) {
+Verdict Planner::force_store(const std::string& name, const Camera& camera, const PhotographSource& photograph) {
   require_source(name, photograph);
   check(camera);
   if (!store_.fits(stored_bytes(camera))) {
@@ -219,7 +219,7 @@ Verdict Planner::keep(const std::string& name, const Camera& camera, const Photo
   return verdict;
 }
 
-void Planner::pass_by(const Camera& camera) {
+void Planner::count_demand(const Camera& camera) {
   Verdict unused;
   const std::vector<CellPart> seen = look(camera, unused);
   PendingDemand(store_, seen).confirm();
@@ -227,10 +227,10 @@ void Planner::pass_by(const Camera& camera) {
   store_.count_offered(seen);
 }
 
-void Planner::mask_edges_by(const ValidityOptions& validity) {
+void Planner::set_validity(const ValidityOptions& validity) {
   check(validity);
   options_.validity = validity;
-  refiner_.mask_edges_by(validity);
+  refiner_.set_validity(validity);
 }
 
 void Planner::claim_slot(const Camera& camera, const std::vector<CellPart>& seen, const Exchange& exchange,
@@ -273,7 +273,7 @@ void Planner::put(ReadyView ready, const Camera& camera, Verdict& verdict, Atlas
   store_.put(*verdict.slot, std::move(ready.tiled), edit);
   atlas_.commit(std::move(edit));
   if (!verdict.refinement) return;
-  refiner_.stored(*verdict.slot, camera, *verdict.refinement, ready.face);
+  refiner_.add(*verdict.slot, camera, *verdict.refinement, ready.face);
   verdict.refinement->prepared.reset();  // verdicts are kept for longer than photographs
 }
 
@@ -287,7 +287,7 @@ void Planner::take(const std::string& name, const Camera& camera, const std::vec
   put(std::move(view), camera, verdict, std::move(edit));
 }
 
-void Planner::fill(const std::string& name, const PhotographSource& photograph, Verdict& verdict) {
+void Planner::store_reserved(const std::string& name, const PhotographSource& photograph, Verdict& verdict) {
   const Camera* promised = verdict.slot ? store_.promised_camera(name, *verdict.slot) : nullptr;
   if (promised == nullptr) throw std::logic_error("planner: view " + name + " is promised no slot");
   require_source(name, photograph);
@@ -298,7 +298,7 @@ void Planner::fill(const std::string& name, const PhotographSource& photograph, 
   if (belongs) put(ready(name, camera, std::move(read), verdict), camera, verdict, AtlasEdit());
   store_.note_seen(store_.ledger().parts(slot));
   if (belongs) return;
-  store_.unask(store_.ledger().parts(slot));
+  store_.remove_demand(store_.ledger().parts(slot));
   store_.evict(slot);
   verdict.slot.reset();
   verdict.replaced.clear();

@@ -6,13 +6,14 @@
 //
 //   Planner planner(atlas, *visibility, options);
 //   for (const SceneView& view : stream) planner.offer(view.name, view.camera, [&] { return read(view); });
-//   planner.refiner().polish();        // as often as it helps: see refiner.h
-//   planner.refiner().settle();        // depths and masks follow the last poses
-//   Pruning(planner).thin();           // with a bound on the loss: see pruning.h
+//   planner.refiner().polish();           // as often as it helps: see refiner.h
+//   planner.refiner().publish_refined();  // depths and masks follow the last poses
+//   Pruning(planner).prune();             // with a bound on the loss: see pruning.h
 //   const Snapshot model = atlas.snapshot();
 //
-// offer() costs a picture of the cells that the view sees, at PlannerOptions::visibility_px, and per cell a comparison
-// with the views that serve it; of a view that is stored also its refinement and depth at full resolution.
+// offer() draws the cells that the view sees, at PlannerOptions::visibility_px, and compares the view in each cell with
+// those that serve it. A view that is stored takes longer: it is refined, and its depth is made at full resolution.
+// Neither grows with the number of views offered before.
 #pragma once
 
 #include <cstdint>
@@ -40,18 +41,19 @@ enum class Decision {
   outlier,   // would have been kept, but its photograph does not agree with the others, whatever its pose
 };
 
-// The decision about an offered view, and what it cost.
+// The decision about an offered view, and the time that it took.
 struct Verdict {
   Decision decision = Decision::rejected;
   std::optional<ViewSlot> slot;       // where it was stored
   std::vector<std::string> replaced;  // the names of the views that it took the place of
   double gain = 0;                    // rise of scov, or the rise that a rejected view would have brought
   std::uint32_t cells_seen = 0;
-  double visibility_ms = 0;              // wall time of the visibility pass,
-  double plan_ms = 0;                    // of the decision,
-  double refine_ms = 0;                  // of the refinement,
-  double store_ms = 0;                   // and of storing (depth at full resolution)
-  std::optional<Refinement> refinement;  // of a view that was to be stored
+  // Wall time of the visibility pass, of the decision, of the refinement, and of storing (depth at full resolution).
+  double visibility_ms = 0;
+  double plan_ms = 0;
+  double refine_ms = 0;
+  double store_ms = 0;
+  std::optional<Refinement> refinement;  // set for a view that was to be stored
 };
 
 // Returns the photograph of the offered view. Called at most once, before offer() returns.
@@ -63,45 +65,45 @@ class Planner {
   // replaces it. The atlas must be empty (std::invalid_argument).
   Planner(Atlas& atlas, const Visibility& visibility, const PlannerOptions& options);
 
-  // The camera must pass check(), and the photograph be as large as its camera says, with three values a pixel of
-  // colour and one or none of the lens's image (std::invalid_argument); it is asked for only if the view is to be
-  // stored. On return the atlas holds the view or nothing of it. A view that is larger than max_bytes alone is refused
-  // (std::invalid_argument).
+  // Stores the view if it adds enough coverage, in a full store in the place of others that add less. Calls
+  // `photograph` only if the view is to be stored. On return the atlas holds the whole view or nothing of it. Throws
+  // std::invalid_argument, and stores nothing, unless the camera passes check(), the photograph has the camera's size,
+  // three values of colour a pixel and in `valid` one a pixel or none, and the view alone is within max_bytes.
   Verdict offer(const std::string& name, const Camera& camera, const PhotographSource& photograph);
   Verdict offer(const std::string& name, const Camera& camera, Photograph photograph);
-  // Stores a view that was chosen elsewhere, whatever it adds; there must be room for it (std::invalid_argument). May
-  // still be found an outlier.
-  Verdict keep(const std::string& name, const Camera& camera, const PhotographSource& photograph);
+  // Stores a view that the caller has chosen, whatever it adds. An outlier is not stored. Throws std::invalid_argument
+  // if there is no room for it.
+  Verdict force_store(const std::string& name, const Camera& camera, const PhotographSource& photograph);
 
-  // Decides as offer() would if the photograph agreed with the others, without asking for it: a view that is to be
-  // stored is promised a slot, in which the store holds it once fill() has brought the photograph. Where all cameras
-  // are known beforehand, photographs that would leave again for others are thus never read. Promised views take part
-  // in every later decision, and may lose their slot to another. Not with max_loss_db (std::logic_error): what was
-  // offered could not be taken back from a promised view that turns out to be an outlier.
+  // Decides as offer() would if the photograph agreed with the others, and needs no photograph. A view that is to be
+  // stored is promised a view slot; store_reserved() then stores its photograph there. Callers that know all cameras
+  // reserve first, and read only the photographs that the store holds at the end. Promised views take part in every
+  // later decision, and may lose their slot to another. Throws std::logic_error with max_loss_db: a promised view that
+  // turns out to be an outlier could not be taken out of what was offered.
   Verdict reserve(const std::string& name, const Camera& camera);
-  // Stores the photograph of a view that still has the slot of its verdict, to which this adds what offer() would have
-  // told; throws what offer() throws. An outlier gives its slot back, what it asked for does not count, and those whose
-  // place it took stay away. Throws std::logic_error unless the verdict's slot is promised to that name.
-  void fill(const std::string& name, const PhotographSource& photograph, Verdict& verdict);
-  // Does what offer() does for a view that was rejected or replaced before and has room again: its demand counts
-  // already. Not with max_loss_db (std::logic_error).
+  // Stores the photograph of a view that still has the view slot of its verdict, and completes the verdict as offer()
+  // would. An outlier gives its slot back and its demand is removed; views that left for it do not come back. Throws
+  // std::logic_error unless the verdict's slot is promised to that name, and what offer() throws.
+  void store_reserved(const std::string& name, const PhotographSource& photograph, Verdict& verdict);
+  // Does what offer() does, for a view that was rejected or replaced before: its demand is not counted twice. Throws
+  // std::logic_error with max_loss_db.
   Verdict offer_again(const std::string& name, const Camera& camera, const PhotographSource& photograph);
 
-  // Looks at a view that was not chosen elsewhere: it is not stored, but counts for what the stream asks for.
-  void pass_by(const Camera& camera);
+  // Counts the demand of a view that the caller does not want stored: see CellDemand.
+  void count_demand(const Camera& camera);
 
-  // Returns what the camera sees of each cell: what it would add to an empty store.
+  // Returns what the camera sees of each cell.
   [[nodiscard]] std::vector<CellPart> parts_of(const Camera& camera) const;
 
   // Corrects exposures, poses and lenses of the stored views.
   [[nodiscard]] Refiner& refiner() { return refiner_; }
   [[nodiscard]] const Refiner& refiner() const { return refiner_; }
-  // Tells which views have which slot, and what they are worth.
+  // Returns the account of the views that have a view slot, and of their coverage.
   [[nodiscard]] const PlannedStore& store() const { return store_; }
 
-  // How depth edges are masked from now on, where stored views have been replaced by such of another resolution. Throws
-  // std::invalid_argument if it does not pass check().
-  void mask_edges_by(const ValidityOptions& validity);
+  // Sets how depth edges are masked from now on, after the caller has replaced stored views by ones of another
+  // resolution. Throws std::invalid_argument if `validity` does not pass check().
+  void set_validity(const ValidityOptions& validity);
 
  private:
   friend class GeometryFollower;

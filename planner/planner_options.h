@@ -30,9 +30,10 @@ struct PlannerOptions {
   std::uint32_t victims = 0;
   // Bound of the bytes that the stored views take together, see stored_bytes(); 0: the atlas's slots alone bound them.
   std::uint64_t max_bytes = 0;
-  // The store grows only while it is predicted to look worse by more than half of this than one of all offered views,
-  // and thin() takes views and references away again until it would be more than this: see predicted_loss.h. dB,
-  // finite, >= 0; needs Metric::directions. None: bounded by room alone.
+  // Most PSNR to lose against a store of all offered views, dB, finite, >= 0; needs Metric::directions. While the
+  // stream goes on, a view is rejected if the store without it is predicted to lose less than half of this;
+  // Pruning::prune() then removes views and references up to all of it (see predicted_loss.h). Without it only the
+  // store's capacity bounds the views.
   std::optional<double> max_loss_db;
   // Longer side of the image that cells are counted in, >= 1; never above the photograph's.
   std::uint32_t visibility_px = 160;

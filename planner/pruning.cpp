@@ -23,7 +23,7 @@ double bound_of_references(double bound_db) {
 
 }  // namespace
 
-std::vector<std::string> Pruning::thin() {
+std::vector<std::string> Pruning::prune() {
   std::vector<std::string> gone;
   if (!store_.offered()) return gone;
   const double bound = *store_.options().max_loss_db;
@@ -40,7 +40,7 @@ std::vector<std::string> Pruning::thin() {
   return gone;
 }
 
-void Pruning::take_away(std::span<const ViewSlot> slots) {
+void Pruning::evict(std::span<const ViewSlot> slots) {
   for (const ViewSlot slot : slots) {
     if (slot < store_.ledger().slots() && store_.ledger().stored(slot)) continue;
     throw std::logic_error("planner: slot " + std::to_string(slot) + " holds no view that could be taken away");

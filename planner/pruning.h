@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Takes those views and references away from a planner's store that are missed least, when the stream has ended or
-// rests. They do not come back.
+// Removes the views and references from a planner's store whose loss costs least, when the stream has ended or rests.
+// They do not come back.
 #pragma once
 
 #include <cstddef>
@@ -27,17 +27,17 @@ class Pruning {
   // The planner must outlive it.
   explicit Pruning(Planner& planner) : store_(planner.store_) {}
 
-  // With PlannerOptions::max_loss_db: takes stored views away, each time the one that is missed least, as long as their
-  // predicted loss stays within a share of the bound, and then gives up references, as long as both together stay
-  // within it. With a bound of 0 none. Returns the views' names in that order. The other functions are for callers that
-  // measure what is lost instead.
-  std::vector<std::string> thin();
-  // Each slot must hold a view (std::logic_error; nothing is changed then).
-  void take_away(std::span<const ViewSlot> slots);
-  // Gives up references as long as they are predicted to cost at most so much, dB; a cell keeps as many as are blended.
-  // None unless that is above 0.
+  // Makes the store as small as PlannerOptions::max_loss_db allows. Evicts views, each time the one whose loss costs
+  // least, while the predicted loss stays within a part of the bound; then gives up references while views and
+  // references together stay within the bound. With a bound of 0 nothing is removed. Returns the names of the views in
+  // the order of their removal. Callers that measure the loss instead use the other functions.
+  std::vector<std::string> prune();
+  // Evicts the views of these slots. Throws std::logic_error, and changes nothing, unless each slot holds a view.
+  void evict(std::span<const ViewSlot> slots);
+  // Gives up references while their predicted loss stays within the bound, dB. A cell keeps as many as are blended. A
+  // bound of 0 or less gives up none.
   void give_up_references(double max_loss_db);
-  // Returns the part of max_loss_db that thin() leaves to references, dB.
+  // Returns the part of max_loss_db that prune() leaves to references, dB.
   [[nodiscard]] double loss_of_references() const;
   // Returns the loss of the store as it is now. Needs max_loss_db (std::logic_error).
   [[nodiscard]] PredictedLoss predicted_loss() const;

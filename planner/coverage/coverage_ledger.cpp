@@ -149,11 +149,11 @@ void CoverageLedger::change_cells(std::span<const CellPart> parts, const Change&
   add(changes);
 }
 
-void CoverageLedger::ask(std::span<const CellPart> parts) {
+void CoverageLedger::add_demand(std::span<const CellPart> parts) {
   count_demand(parts, DemandChange::add);
 }
 
-void CoverageLedger::unask(std::span<const CellPart> parts) {
+void CoverageLedger::remove_demand(std::span<const CellPart> parts) {
   count_demand(parts, DemandChange::remove);
 }
 

@@ -31,11 +31,11 @@ class CoverageLedger {
   [[nodiscard]] std::size_t cells() const { return cells_; }          // how many the surface has
   [[nodiscard]] std::size_t slots() const { return stored_.size(); }  // how many views it can hold
 
-  // An offered view, whatever becomes of it, asks for the cells that it sees: see CellDemand. unask() takes that back,
-  // with the same parts. Without CoverageOptions::demand, nothing changes; with it, cells that no view asked for are
-  // worth nothing.
-  void ask(std::span<const CellPart> parts);
-  void unask(std::span<const CellPart> parts);
+  // Adds the demand of an offered view, stored or not, for the cells that it sees: see CellDemand. remove_demand()
+  // removes it, with the same parts. Without CoverageOptions::demand, nothing changes. With it, cells without demand
+  // are worth nothing.
+  void add_demand(std::span<const CellPart> parts);
+  void remove_demand(std::span<const CellPart> parts);
   // Returns the largest scov that the view's cells alone can have.
   [[nodiscard]] double weight(std::span<const CellPart> parts) const;
   [[nodiscard]] double weight(CellId cell) const { return coverage_->weight(cell); }  // the same of one cell

@@ -23,18 +23,17 @@ class OfferedCoverage {
   // breaks a rule: cells of parts and stores of the surface, view slots of the store.
   OfferedCoverage(const Surface& surface, const CoverageOptions& options);
 
-  // Add or remove the demand of a view, as the store's ledger does: CoverageLedger::ask() and unask().
-  void ask(std::span<const CellPart> parts) { change_demand(parts, DemandChange::add); }
-  void unask(std::span<const CellPart> parts) { change_demand(parts, DemandChange::remove); }
-  // A view that has asked counts from here on, kept or not.
+  // Add or remove the demand of a view, as the store's ledger does: CoverageLedger::add_demand() and remove_demand().
+  void add_demand(std::span<const CellPart> parts) { change_demand(parts, DemandChange::add); }
+  void remove_demand(std::span<const CellPart> parts) { change_demand(parts, DemandChange::remove); }
+  // Counts a view, whose demand was added, from here on, stored or not.
   void add(std::span<const CellPart> parts);
 
   // Returns by what share the store serves the novel directions worse than all added views would: in [0, 1], and
-  // exactly 0 for a store of all of them. `newcomer`: one more view, which has asked but is not added and will not be
-  // kept.
+  // exactly 0 for a store of all of them. `newcomer`: one more view, whose demand was added, and which is not stored.
   [[nodiscard]] double gap(const CoverageLedger& store, std::span<const CellPart> newcomer = {}) const;
 
-  // The same, were the view in that view slot of the store taken away.
+  // Returns the same for the store without the view in that view slot.
   [[nodiscard]] double gap_without(const CoverageLedger& store, ViewSlot slot) const;
 
   // Like CoverageLedger::follow(). A cell that is new starts without the views that were offered before.

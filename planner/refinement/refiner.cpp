@@ -222,7 +222,7 @@ Refinement Refiner::compare(const Camera& given, const Camera& start, const Pyra
   return result;
 }
 
-void Refiner::stored(ViewSlot slot, const Camera& given, const Refinement& refinement, std::span<const FaceId> face) {
+void Refiner::add(ViewSlot slot, const Camera& given, const Refinement& refinement, std::span<const FaceId> face) {
   refiner_requires.is_below(slot, views_.size(), "slot", "the atlas's capacity");
   check(given);
   std::shared_ptr<const StoredView> view = atlas_.view(slot);
@@ -275,23 +275,23 @@ Camera Refiner::refined_from(ViewSlot slot, const Camera& given) const {
   return result;
 }
 
-void Refiner::moved(ViewSlot slot, const Camera& given, const Camera& refined) {
+void Refiner::set_pose(ViewSlot slot, const Camera& given, const Camera& refined) {
   refiner_requires.is_below(slot, views_.size(), "slot", "the atlas's capacity");
   if (!views_[slot]) return;
   given_[slot] = given;
   views_[slot]->camera = refined;
   samples_[slot].reset();
   still_ = 0;
-  replaced(slot);
+  refresh(slot);
 }
 
-void Refiner::see_with(const Visibility& visibility) {
+void Refiner::set_visibility(const Visibility& visibility) {
   visibility_ = &visibility;
   for (std::optional<ChosenSamples>& chosen : samples_) chosen.reset();
   for (std::vector<SeenFaces>& runs : seen_) runs.clear();
 }
 
-void Refiner::erased(ViewSlot slot) {
+void Refiner::remove(ViewSlot slot) {
   refiner_requires.is_below(slot, views_.size(), "slot", "the atlas's capacity");
   views_[slot].reset();
   samples_[slot].reset();
@@ -321,7 +321,7 @@ void Refiner::replace(ViewSlot slot, const Camera& camera, std::shared_ptr<const
   TiledView tiled = make_tiled_view(old.name, camera, std::move(photograph), std::move(visible),
                                     atlas_.surface()->cells, atlas_.layout(), validity_, std::move(trust));
   atlas_.replace(slot, std::move(tiled.view), std::move(tiled.shown));
-  replaced(slot);
+  refresh(slot);
   seen_[slot] = std::move(seen);
 }
 
@@ -342,12 +342,12 @@ void Refiner::move(ViewSlot slot, const Camera& camera) {
   if (!depth_stands(slot)) replace(slot, views_[slot]->view->mask->trust.all());
 }
 
-void Refiner::replaced(ViewSlot slot) {
+void Refiner::refresh(ViewSlot slot) {
   refiner_requires.is_below(slot, views_.size(), "slot", "the atlas's capacity");
   if (!views_[slot]) return;
   const StoredPhotograph &before = *views_[slot]->view->photograph, &now = *atlas_.view(slot)->photograph;
   if (before.width() != now.width() || before.height() != now.height()) {
-    erased(slot);
+    remove(slot);
     return;
   }
   views_[slot]->view = atlas_.view(slot);
@@ -366,7 +366,7 @@ void Refiner::mask(ViewSlot slot) {
   if (!(view.view->mask->trust == trust)) replace(slot, std::move(trust));
 }
 
-void Refiner::settle() {
+void Refiner::publish_refined() {
   for (ViewSlot slot{0}; slot < views_.size(); ++slot) {
     if (!views_[slot]) continue;
     may_interrupt(options_.interruption_point);

@@ -31,9 +31,9 @@ namespace lumatlas {
 inline constexpr std::uint32_t kComparisonsToRest = 16;
 inline constexpr std::size_t kBriefShare = 4;  // a brief look takes every fourth point
 
-// A stored view whose pose has moved is compared at its new pose from then on. Its depth is made again, and the atlas
-// told, only if its picture has moved by this many pixels, or by settle(), because making depth is most of the cost of
-// moving a view. Until then visibility is looked up with the pose that the depth was made with.
+// A refined pose of a stored view is used for comparisons at once. It is published in the atlas, with a depth of its
+// own, only if it moves the image by at least this many pixels, or by publish_refined(), because making depth is most
+// of the cost of moving a view. Until then visibility is looked up with the pose that the depth was made with.
 inline constexpr double kDepthStandsPx = 2;
 
 struct RefinementOptions {
@@ -48,8 +48,8 @@ struct RefinementOptions {
   // A view whose correlation with the others' medians stays below this is an outlier, [-1, 1].
   double least_correlation = 0.5;
   double least_views = 1;  // but only where that many other views, in the mean, show each of its points
-  // Called by polish(), solve_poses(), settle(), estimate_lenses(), correct_lenses() and Pruning between one view and
-  // the next. Interrupted, some views may have been changed and others not; each is as consistent as before.
+  // Called by polish(), solve_poses(), publish_refined(), estimate_lenses(), correct_lenses() and Pruning between one
+  // view and the next. If it throws, some views may have been changed and others not; each is as consistent as before.
   InterruptionPoint interruption_point = {};
   // Returns the gain of the view of that name, which it then keeps: exposures that were balanced elsewhere, for example
   // over all blocks of a city. Empty: stored views are balanced among each other.
@@ -61,7 +61,7 @@ struct RefinementOptions {
 // Throws std::invalid_argument naming the field, its value and the rule that it breaks.
 void check(const RefinementOptions& options);
 
-// Data that comparing a photograph needs, and that stored() need not make again.
+// Data that comparing a photograph needs, and that add() need not make again.
 struct PreparedView {
   Pyramid pyramid;  // whose level 0 may be gone
   Camera camera;    // that the samples were chosen with
@@ -75,7 +75,7 @@ struct Refinement {
   bool outlier = false;
   bool brief = false;  // `points` and what follows from them are of a brief look
   std::vector<ExposureRatio> ratios;
-  std::shared_ptr<const PreparedView> prepared;  // of the photograph; none: stored() makes it
+  std::shared_ptr<const PreparedView> prepared;  // of the photograph; none: add() makes it
 };
 
 // Means over the stored views that have points in common with others.
@@ -95,8 +95,8 @@ using CorrectedPhotograph = std::function<Photograph(ViewSlot slot, const std::s
 // Slots that the atlas does not have, or that hold no view where one is needed, are refused (std::invalid_argument).
 class Refiner {
  public:
-  // Atlas and visibility must outlive the refiner, which follows the atlas view by view: see stored() and erased().
-  // `validity`: how the depth edges of views that move are masked.
+  // Atlas and visibility must outlive the refiner. Its caller calls add(), refresh(), set_pose() and remove() for each
+  // change of the atlas's views. `validity` says how the depth edges of views that move are masked.
   Refiner(Atlas& atlas, const Visibility& visibility, const RefinementOptions& options,
           const ValidityOptions& validity = {});
 
@@ -104,25 +104,25 @@ class Refiner {
   // std::invalid_argument), with the stored views. Changes nothing.
   [[nodiscard]] Refinement refine(const Camera& camera, const Photograph& photograph) const;
 
-  // Follows the atlas, which has taken a view into the slot at the refined pose, with the photograph that was refined;
+  // Adds a view that the atlas has stored in the view slot, at the refined pose, with the photograph that was refined;
   // `given` is the pose that the view came with. Balances all gains anew, and makes masks where enough views have come
-  // since the last time. `face`: the face of each pixel, as in VisibilityBuffer; empty: found when it is needed. Throws
-  // std::invalid_argument if `face` has another size.
-  void stored(ViewSlot slot, const Camera& given, const Refinement& refinement, std::span<const FaceId> face = {});
-  // The atlas has put another depth and mask in the place of the slot's; the photograph is the same, or has another
-  // size: then the view is not refined any more.
-  void replaced(ViewSlot slot);
+  // since the last time. `face` is the face of each pixel, as in VisibilityBuffer, or empty: then it is found when
+  // needed. Throws std::invalid_argument if `face` has another size.
+  void add(ViewSlot slot, const Camera& given, const Refinement& refinement, std::span<const FaceId> face = {});
+  // Takes over another depth and mask that the atlas has in the view slot. If its photograph has another size too, the
+  // view is not refined any more.
+  void refresh(ViewSlot slot);
   // Returns the pose that a stored view has once `given` is the pose that it came with: corrected by as much, seen from
   // the camera, as the pose before was.
   [[nodiscard]] Camera refined_from(ViewSlot slot, const Camera& given) const;
-  // The atlas has moved the slot's view to `refined`, because `given` is the pose that it came with from here on.
-  void moved(ViewSlot slot, const Camera& given, const Camera& refined);
-  // The mesh has changed; `visibility` must outlive the refiner or the next call.
-  void see_with(const Visibility& visibility);
-  // Depth edges are masked in another way from now on. The options must pass check(); this is not checked here.
-  void mask_edges_by(const ValidityOptions& validity) { validity_ = validity; }
-  // The slot's view is about to leave.
-  void erased(ViewSlot slot);
+  // Takes over that the atlas has moved the view to `refined`, because `given` counts as the pose that it came with.
+  void set_pose(ViewSlot slot, const Camera& given, const Camera& refined);
+  // Sets what sees the mesh, after it has changed. `visibility` must outlive the refiner or the next call.
+  void set_visibility(const Visibility& visibility);
+  // Sets how depth edges are masked from now on. The options must pass check(); this is not checked here.
+  void set_validity(const ValidityOptions& validity) { validity_ = validity; }
+  // Forgets a view that is about to leave its view slot.
+  void remove(ViewSlot slot);
 
   // Returns how many times a stored view was refined again because others had come.
   [[nodiscard]] std::uint64_t revisited() const { return revisited_; }
@@ -132,13 +132,13 @@ class Refiner {
   // polish().
   [[nodiscard]] std::uint64_t compared_in_full() const { return compared_in_full_; }
 
-  // One step of joint polishing: every stored view against the others, all at once. What the set has moved as a whole
-  // is taken back. Where views rest and all are where they were given, they are looked at in brief first, and no
-  // further if none is to move: exposures alone are balanced then.
+  // Refines every stored view against the others once, all at the same time. The set as a whole stays where it was.
+  // Where views rest and all have their given poses, they are compared in brief first; if none is to move, only
+  // exposures are balanced.
   PolishStep polish();
-  // To be called when all is stored and polished, or rests: makes the masks of all stored views again, now that each
-  // has all the others to be judged by, and the depth of those that were found elsewhere since it was made.
-  void settle();
+  // Publishes all refined poses in the atlas: makes the depth of views that have moved since it was made, and the masks
+  // of all stored views, each judged by all the others. Call it when all views are stored and polished.
+  void publish_refined();
   // Gives all stored views the poses that estimate_poses() finds, from `most_points` points of each at most, if they
   // improve. A view keeps its pose if it would move by less than AlignmentOptions::least_move_px, or be further from
   // its given pose than max_move allows, at the scene's median depth. What the set has moved as a whole is taken back.

@@ -77,7 +77,7 @@ struct PlannedSurface {
 
   void keep(std::size_t number) {
     const Camera camera = room_camera(number);
-    planner.keep("view " + std::to_string(number), camera, [&] { return pattern_photograph(camera, number); });
+    planner.force_store("view " + std::to_string(number), camera, [&] { return pattern_photograph(camera, number); });
   }
   SurfaceUpdate become(const Grown& change, DepthRenewal depths = DepthRenewal::now) {
     std::unique_ptr<Visibility> now = make_ray_visibility(change.surface->mesh);
@@ -129,7 +129,7 @@ TEST_CASE("where all cells are new, the store is compared with what it still hol
   Planner planner(atlas, *visibility, options);
   for (std::size_t number = 0; number < kMostViews; ++number) {
     const Camera camera = room_camera(number);
-    planner.keep("view " + std::to_string(number), camera, [&] { return pattern_photograph(camera, number); });
+    planner.force_store("view " + std::to_string(number), camera, [&] { return pattern_photograph(camera, number); });
   }
   const std::size_t cells = surface->cells.cells.size();
   GeometryFollower(planner).update_surface(surface, *visibility, std::vector<CellId>(cells, CellId::none),
@@ -137,12 +137,12 @@ TEST_CASE("where all cells are new, the store is compared with what it still hol
   CHECK(Pruning(planner).predicted_loss().gap == Approx(0).margin(1e-5));
   const std::vector<ThinningStep> order = Hindsight(planner).thinning_order();
   REQUIRE(order.size() == kMostViews);
-  Pruning(planner).take_away(std::vector<ViewSlot>{order[0].slot, order[1].slot, order[2].slot, order[3].slot});
+  Pruning(planner).evict(std::vector<ViewSlot>{order[0].slot, order[1].slot, order[2].slot, order[3].slot});
   const double gap = Pruning(planner).predicted_loss().gap;
   CHECK(gap == Approx(order[3].gap).margin(1e-5));
   CHECK(gap > 1e-3);
   // A view that no cell of the new surface knows of yet.
-  planner.pass_by(room_camera(kMostViews + 3));
+  planner.count_demand(room_camera(kMostViews + 3));
   CHECK(Pruning(planner).predicted_loss().gap > gap);
 }
 
@@ -273,8 +273,9 @@ TEST_CASE("after a loop closure the store is as if its views had come with the l
   for (std::size_t number = 0; number < kMostViews; ++number) {
     const Camera camera = room_camera(number);
     const bool drifts = number % 2 == 1;
-    const Verdict verdict = scene.planner.keep("view " + std::to_string(number), drifts ? drifted(camera) : camera,
-                                               [&] { return pattern_photograph(camera, number); });
+    const Verdict verdict =
+        scene.planner.force_store("view " + std::to_string(number), drifts ? drifted(camera) : camera,
+                                  [&] { return pattern_photograph(camera, number); });
     REQUIRE(verdict.slot);
     if (drifts) closed.push_back({*verdict.slot, camera});
   }
@@ -299,8 +300,8 @@ TEST_CASE("a loop closure keeps what refinement corrected of a pose") {
   for (std::size_t number = 0; number < kMostViews; ++number) {
     Camera given = room_camera(number);
     given.cam_from_world_translation.x += 0.02;  // where refinement takes it from differs from view to view
-    planner.keep("view " + std::to_string(number), given,
-                 [&] { return pattern_photograph(room_camera(number), number); });
+    planner.force_store("view " + std::to_string(number), given,
+                        [&] { return pattern_photograph(room_camera(number), number); });
   }
   for (ViewSlot slot{0}; slot < kMostViews; ++slot) {
     const Camera refined = atlas.view(slot)->camera;

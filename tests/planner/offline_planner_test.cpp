@@ -54,7 +54,7 @@ Views random_views(std::mt19937& random, std::size_t count, std::uint32_t cells)
 double coverage_of(const Views& views, const Choice& choice, const OfflineOptions& options) {
   CoverageLedger ledger(room(), static_cast<std::uint32_t>(choice.size()), options.coverage,
                         options.min_reference_gain);
-  for (const std::vector<CellPart>& view : views) ledger.ask(view);
+  for (const std::vector<CellPart>& view : views) ledger.add_demand(view);
   for (ViewSlot slot{0}; slot < choice.size(); ++slot) ledger.insert(slot, views[choice[slot]]);
   return ledger.summed_coverage();
 }
@@ -73,7 +73,7 @@ void for_each_choice(std::uint32_t of, std::size_t count, const std::function<vo
 // The first of the views that add most, one after the other, each time by asking them all.
 Choice plain_greedy(const Views& views, std::size_t count, const OfflineOptions& options) {
   CoverageLedger ledger(room(), static_cast<std::uint32_t>(count), options.coverage, options.min_reference_gain);
-  for (const std::vector<CellPart>& view : views) ledger.ask(view);
+  for (const std::vector<CellPart>& view : views) ledger.add_demand(view);
   Choice choice;
   while (choice.size() < count) {
     std::uint32_t best = 0;

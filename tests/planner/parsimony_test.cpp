@@ -134,7 +134,7 @@ TEST_CASE("what is held of the offered views does not grow with the stream") {
   std::size_t most_early = 0, most_late = 0;
   for (int view = 0; view < 1200; ++view) {
     const std::vector<CellPart> parts = random_parts(random, *surface);
-    offered.ask(parts);
+    offered.add_demand(parts);
     offered.add(parts);
     for (const CellPart& entry : parts) {
       const std::size_t held = offered.held(entry.cell);
@@ -151,7 +151,7 @@ TEST_CASE("with a bound of 0 everything is kept that adds, and nothing is predic
   std::size_t adding = 0;
   for (std::size_t i = 0; i < 40; ++i) adding += stream.offer(room_camera(i)).gain > 0;
   CHECK(adding == 40);
-  CHECK(Pruning(stream.planner).thin().empty());
+  CHECK(Pruning(stream.planner).prune().empty());
   CHECK(stream.planner.store().stored_views() == 40);
   CHECK(Pruning(stream.planner).predicted_loss().gap == 0);
   CHECK(Pruning(stream.planner).predicted_loss().loss_db == 0);
@@ -163,7 +163,7 @@ TEST_CASE("a larger bound keeps fewer views, and the prediction stays within eac
     Stream stream(bound);
     stream.walk(60);
     const std::uint32_t before = stream.planner.store().stored_views();
-    const std::size_t gone = Pruning(stream.planner).thin().size();
+    const std::size_t gone = Pruning(stream.planner).prune().size();
     CAPTURE(bound, before, gone);
     CHECK(stream.planner.store().stored_views() + gone == before);
     CHECK(stream.planner.store().stored_views() < last);
@@ -178,8 +178,8 @@ TEST_CASE("a larger bound keeps fewer views, and the prediction stays within eac
 TEST_CASE("no view can be taken away any more once the store is thinned") {
   Stream stream(0.3);
   stream.walk(60);
-  CHECK_FALSE(Pruning(stream.planner).thin().empty());
-  CHECK(Pruning(stream.planner).thin().empty());
+  CHECK_FALSE(Pruning(stream.planner).prune().empty());
+  CHECK(Pruning(stream.planner).prune().empty());
 }
 
 TEST_CASE("of a camera that stands still no more views are kept than a direction counts") {
@@ -191,7 +191,7 @@ TEST_CASE("of a camera that stands still no more views are kept than a direction
     camera.cam_from_world_translation += glm::dvec3(tremble(random), tremble(random), tremble(random));
     stream.offer(camera);
   }
-  Pruning(stream.planner).thin();
+  Pruning(stream.planner).prune();
   CHECK(stream.planner.store().stored_views() >= 1);
   CHECK(stream.planner.store().stored_views() <= coverage_for_room(true).views_per_direction);
 }
@@ -203,7 +203,7 @@ TEST_CASE("a view of nothing is not kept, whatever the bound") {
     away.cam_from_world_rotation = glm::dmat3(1);
     away.cam_from_world_translation = {500, 500, 500};
     CHECK(stream.offer(away).decision == Decision::rejected);
-    CHECK(Pruning(stream.planner).thin().empty());
+    CHECK(Pruning(stream.planner).prune().empty());
     CHECK(stream.planner.store().stored_views() == 0);
     CHECK(Pruning(stream.planner).predicted_loss().loss_db == 0);
   }
@@ -212,7 +212,7 @@ TEST_CASE("a view of nothing is not kept, whatever the bound") {
 TEST_CASE("a store without room for what is needed says so, and predicts more than the bound") {
   Stream stream(0.1, 4);
   stream.walk(60);
-  CHECK(Pruning(stream.planner).thin().empty());
+  CHECK(Pruning(stream.planner).prune().empty());
   const PredictedLoss predicted = Pruning(stream.planner).predicted_loss();
   CHECK(predicted.short_of_room);
   CHECK(predicted.loss_db > 0.1);
@@ -222,11 +222,11 @@ TEST_CASE("a store without room for what is needed says so, and predicts more th
 TEST_CASE("a thinned store is the same on one thread as on many") {
   Stream many(0.3);
   many.walk(60);
-  const std::vector<std::string> gone = Pruning(many.planner).thin();
+  const std::vector<std::string> gone = Pruning(many.planner).prune();
   const tbb::global_control one_thread(tbb::global_control::max_allowed_parallelism, 1);
   Stream one(0.3);
   one.walk(60);
-  CHECK(Pruning(one.planner).thin() == gone);
+  CHECK(Pruning(one.planner).prune() == gone);
   CHECK(one.stored() == many.stored());
   CHECK(Pruning(one.planner).predicted_loss().loss_db == Pruning(many.planner).predicted_loss().loss_db);
   CHECK(one.atlas.snapshot().references.views == many.atlas.snapshot().references.views);
@@ -235,14 +235,14 @@ TEST_CASE("a thinned store is the same on one thread as on many") {
 TEST_CASE("a larger bound leaves fewer references, one of 0 all, and the prediction counts them within it") {
   Stream all(0.0);
   all.walk(60);
-  Pruning(all.planner).thin();
+  Pruning(all.planner).prune();
   CHECK(Pruning(all.planner).predicted_loss().references_given_up == 0);
   CHECK(Pruning(all.planner).predicted_loss().reference_gap == 0);
   std::size_t last = all.atlas.snapshot().references.views.size();
   for (const double bound : {0.1, 0.4, 1.6}) {
     Stream stream(bound);
     stream.walk(60);
-    Pruning(stream.planner).thin();
+    Pruning(stream.planner).prune();
     const PredictedLoss predicted = Pruning(stream.planner).predicted_loss();
     CAPTURE(bound);
     CHECK(predicted.references_given_up > 0);
@@ -304,7 +304,7 @@ TEST_CASE("the order of thinning names every view once, and the gap that each le
   for (const ThinningStep& step : order) {
     CHECK(step.gap >= last);
     last = step.gap;
-    Pruning(stream.planner).take_away(std::array{step.slot});
+    Pruning(stream.planner).evict(std::array{step.slot});
     CHECK(1 - stream.planner.store().summed_coverage() / whole == Approx(step.gap).margin(kRounding));
   }
   CHECK(last == Approx(1));
@@ -337,20 +337,20 @@ TEST_CASE("what cells would refer to among some views is what they refer to once
   const ReferenceTable among = Hindsight(stream.planner).references_among(kept);
   const ReferenceTable fewer = Hindsight(stream.planner).references_among(kept, {}, 0.1);
   CHECK(fewer.views.size() < among.views.size());
-  Pruning(stream.planner).take_away(gone);
+  Pruning(stream.planner).evict(gone);
   CHECK(stream.atlas.snapshot().references.views == among.views);
   CHECK(stream.atlas.snapshot().references.offsets == among.offsets);
   Pruning(stream.planner).give_up_references(0.1);
   CHECK(stream.atlas.snapshot().references.views == fewer.views);
-  CHECK_THROWS_WITH(Pruning(stream.planner).take_away(gone), Catch::Contains("slot 0 holds no view"));
-  CHECK_THROWS_WITH(Pruning(stream.planner).take_away(std::array{ViewSlot{3000}}),
+  CHECK_THROWS_WITH(Pruning(stream.planner).evict(gone), Catch::Contains("slot 0 holds no view"));
+  CHECK_THROWS_WITH(Pruning(stream.planner).evict(std::array{ViewSlot{3000}}),
                     Catch::Contains("slot 3000 holds no view"));
 }
 
 TEST_CASE("without a bound nothing is taken away and no loss is predicted") {
   Stream stream(std::nullopt);
   stream.walk(10);
-  CHECK(Pruning(stream.planner).thin().empty());
+  CHECK(Pruning(stream.planner).prune().empty());
   CHECK_THROWS_AS(Pruning(stream.planner).predicted_loss(), std::logic_error);
 }
 

@@ -178,7 +178,8 @@ TEST_CASE("a view larger than the budget is refused by name and changes nothing"
   };
   CHECK_THROWS_WITH(store.planner.offer("huge", room_camera(9), source),
                     "planner: view huge takes 69120 bytes, more than all views together may (34560)");
-  CHECK_THROWS_WITH(store.planner.keep("huge", room_camera(9), source), Catch::Contains("no room to keep view huge"));
+  CHECK_THROWS_WITH(store.planner.force_store("huge", room_camera(9), source),
+                    Catch::Contains("no room to keep view huge"));
   CHECK(asked == 0);
   CHECK(Image(store) == before);
 }
@@ -224,7 +225,7 @@ TEST_CASE("views that are reserved first and filled later make the store of the 
       const std::string name = std::to_string(i);
       if (!verdicts[i].slot || ahead.planner.store().promised_camera(name, *verdicts[i].slot) == nullptr) continue;
       const Camera camera = cropped_camera((13 * i) % 50, kDivisors[i % kDivisors.size()]);
-      ahead.planner.fill(
+      ahead.planner.store_reserved(
           name, [&] { return pattern_photograph(camera, 1); }, verdicts[i]);
       CHECK(ahead.planner.store().promised_camera(name, *verdicts[i].slot) == nullptr);
       ++filled;
@@ -245,23 +246,25 @@ TEST_CASE("a promised slot waits for its photograph, and only such a slot is fil
   CHECK(store.planner.store().summed_coverage() > 0);
   CHECK(store.atlas.size() == 0);
   const PhotographSource broken = []() -> Photograph { throw std::runtime_error("the file is gone"); };
-  CHECK_THROWS_WITH(store.planner.fill("later", broken, verdict), "the file is gone");
-  CHECK_THROWS_AS(store.planner.fill(
+  CHECK_THROWS_WITH(store.planner.store_reserved("later", broken, verdict), "the file is gone");
+  CHECK_THROWS_AS(store.planner.store_reserved(
                       "later", [] { return Photograph{}; }, verdict),
                   std::invalid_argument);
-  CHECK_THROWS_WITH(store.planner.fill("later", {}, verdict), Catch::Contains("no function for its photograph"));
+  CHECK_THROWS_WITH(store.planner.store_reserved("later", {}, verdict),
+                    Catch::Contains("no function for its photograph"));
   CHECK(store.planner.store().promised_camera("later", 0) != nullptr);
   CHECK_THROWS_AS(GeometryFollower(store.planner).update_surface(store.surface, *store.visibility, {}, {}),
                   std::logic_error);
   // A view that comes in between takes the next slot, and refers to nothing that is not there.
   REQUIRE(store.offer("now", room_camera(8)).slot == 1u);
-  CHECK_THROWS_WITH(store.planner.fill("another", broken, verdict), "planner: view another is promised no slot");
-  store.planner.fill(
+  CHECK_THROWS_WITH(store.planner.store_reserved("another", broken, verdict),
+                    "planner: view another is promised no slot");
+  store.planner.store_reserved(
       "later", [] { return pattern_photograph(room_camera(0), 1); }, verdict);
   CHECK(store.stored().size() == 2);
-  CHECK_THROWS_AS(store.planner.fill("later", broken, verdict), std::logic_error);
+  CHECK_THROWS_AS(store.planner.store_reserved("later", broken, verdict), std::logic_error);
   Verdict rejected;
-  CHECK_THROWS_AS(store.planner.fill("later", broken, rejected), std::logic_error);
+  CHECK_THROWS_AS(store.planner.store_reserved("later", broken, rejected), std::logic_error);
 
   PlannerOptions bounded = without_refinement();
   bounded.coverage = parsimony_coverage(bounded.coverage);
@@ -279,7 +282,8 @@ TEST_CASE("a photograph that cannot be had, or is not of its camera's size, leav
     Store store(2, options);
     const std::array<std::size_t, 2> alike{5, 5};  // so that another gains
     for (const std::size_t number : alike)
-      store.planner.keep("kept", room_camera(number), [&] { return pattern_photograph(room_camera(number), number); });
+      store.planner.force_store("kept", room_camera(number),
+                                [&] { return pattern_photograph(room_camera(number), number); });
     const Image before(store);
     const PhotographSource broken = []() -> Photograph { throw std::runtime_error("the file is gone"); };
     CHECK_THROWS_WITH(store.planner.offer("broken", room_camera(20), broken), "the file is gone");
@@ -316,7 +320,7 @@ TEST_CASE("to consider only the lowest-ranked victims never gains more than to c
       Store store(6, options);
       for (std::size_t i = 0; i < 6; ++i) {
         const Camera camera = room_camera(7 * i + 11 * round);
-        store.planner.keep(std::to_string(i), camera, [&] { return pattern_photograph(camera, i); });
+        store.planner.force_store(std::to_string(i), camera, [&] { return pattern_photograph(camera, i); });
       }
       gains.push_back(store.offer("candidate", room_camera(3 + 5 * round)).gain);
     }

@@ -172,8 +172,8 @@ TEST_CASE("a coverage ledger refuses cells and slots that are not there, and opt
   const std::string no_slot = "coverage: slot is 2, must be below the number of slots, 2";
   const std::vector<ViewSlot> two = {2};
   CHECK(complaint([&] { (void)ledger.gain(lost); }) == no_cell);
-  CHECK(complaint([&] { ledger.ask(lost); }) == no_cell);
-  CHECK(complaint([&] { ledger.unask(lost); }) == no_cell);
+  CHECK(complaint([&] { ledger.add_demand(lost); }) == no_cell);
+  CHECK(complaint([&] { ledger.remove_demand(lost); }) == no_cell);
   CHECK(complaint([&] { (void)ledger.weight(lost); }) == no_cell);
   CHECK(complaint([&] { (void)ledger.exchange_gains(lost, {}); }) == no_cell);
   CHECK(complaint([&] { (void)ledger.exchange_gains({}, two); }) == no_slot);
@@ -234,7 +234,7 @@ TEST_CASE("a planner refuses cameras that are none and photographs that lack pix
     return complaint([&] { (void)planned.planner.offer("a", at, of); });
   };
   const auto keep = [&](const Camera& at, const Photograph& of) {
-    return complaint([&] { (void)planned.planner.keep("a", at, [&] { return of; }); });
+    return complaint([&] { (void)planned.planner.force_store("a", at, [&] { return of; }); });
   };
   Photograph cut = photograph;
   cut.rgb.resize(cut.rgb.size() - 3);
@@ -248,7 +248,7 @@ TEST_CASE("a planner refuses cameras that are none and photographs that lack pix
   broken.fx = kNan;
   CHECK(offer(broken, photograph) == "camera: fx is nan, must be finite and positive");
   CHECK(keep(broken, photograph) == "camera: fx is nan, must be finite and positive");
-  CHECK(complaint([&] { planned.planner.pass_by(broken); }) == "camera: fx is nan, must be finite and positive");
+  CHECK(complaint([&] { planned.planner.count_demand(broken); }) == "camera: fx is nan, must be finite and positive");
   CHECK(complaint([&] { (void)planned.planner.parts_of(broken); }) == "camera: fx is nan, must be finite and positive");
   CHECK(complaint([&] { (void)planned.planner.offer("a", camera, PhotographSource()); }) ==
         "planner: view a: there is no function for its photograph");
@@ -259,7 +259,7 @@ TEST_CASE("a planner refuses cameras that are none and photographs that lack pix
         "camera: fx is nan, must be finite and positive");
   const PhotographSource missing = []() -> Photograph { throw std::invalid_argument("no such file"); };
   CHECK(complaint([&] { (void)planned.planner.offer("a", camera, missing); }) == "no such file");
-  CHECK(complaint([&] { (void)planned.planner.keep("a", camera, missing); }) == "no such file");
+  CHECK(complaint([&] { (void)planned.planner.force_store("a", camera, missing); }) == "no such file");
   CHECK(planned.planner.store().summed_coverage() == coverage);
   CHECK(planned.atlas.size() == 0);
   CHECK(cells_seen(planned.atlas) == 0);
@@ -274,9 +274,9 @@ TEST_CASE("a view that is promised a slot has seen nothing before its photograph
   REQUIRE(verdict.slot);
   CHECK(cells_seen(planned.atlas) == 0);
   const PhotographSource missing = []() -> Photograph { throw std::invalid_argument("no such file"); };
-  CHECK(complaint([&] { planned.planner.fill("a", missing, verdict); }) == "no such file");
+  CHECK(complaint([&] { planned.planner.store_reserved("a", missing, verdict); }) == "no such file");
   CHECK(cells_seen(planned.atlas) == 0);
-  planned.planner.fill(
+  planned.planner.store_reserved(
       "a", [&] { return planned.relief.photograph(camera); }, verdict);
   CHECK(cells_seen(planned.atlas) > 0);
 }
@@ -287,15 +287,15 @@ TEST_CASE("a refiner refuses slots without a view, and cameras that are not for 
   const Photograph photograph = planned.relief.photograph(camera);
   planned.planner.offer("a", camera, photograph);
   Refiner refiner(planned.atlas, *planned.relief.visibility, {});
-  CHECK(complaint([&] { refiner.stored(2, camera, {}); }) ==
+  CHECK(complaint([&] { refiner.add(2, camera, {}); }) ==
         "refinement: slot is 2, must be below the atlas's capacity, 2");
-  CHECK(complaint([&] { refiner.stored(1, camera, {}); }) == "refinement: slot is 1, must be one that holds a view");
+  CHECK(complaint([&] { refiner.add(1, camera, {}); }) == "refinement: slot is 1, must be one that holds a view");
   Refinement lost;
   lost.ratios.push_back({5, glm::dvec3(0), glm::dvec3(0), 1});
-  CHECK(complaint([&] { refiner.stored(0, camera, lost); }) ==
+  CHECK(complaint([&] { refiner.add(0, camera, lost); }) ==
         "refinement: a ratio's slot is 5, must be below the atlas's capacity, 2");
-  CHECK(complaint([&] { refiner.erased(2); }) == "refinement: slot is 2, must be below the atlas's capacity, 2");
-  CHECK(complaint([&] { refiner.replaced(2); }) == "refinement: slot is 2, must be below the atlas's capacity, 2");
+  CHECK(complaint([&] { refiner.remove(2); }) == "refinement: slot is 2, must be below the atlas's capacity, 2");
+  CHECK(complaint([&] { refiner.refresh(2); }) == "refinement: slot is 2, must be below the atlas's capacity, 2");
   CHECK(complaint([&] { (void)refiner.refine(camera.scaled_to(120, 90), photograph); }) != "accepted");
   Camera broken = camera;
   broken.fy = kNan;
@@ -306,7 +306,7 @@ TEST_CASE("a refiner refuses slots without a view, and cameras that are not for 
     return complaint([&] { refiner.correct_lenses(estimates, [&](auto, const auto&) { return given; }); });
   };
   CHECK(correct(photograph) == "refinement: the size of cameras is 0, must be the atlas's capacity, 2");
-  refiner.stored(0, camera, {});
+  refiner.add(0, camera, {});
   estimates.cameras = {camera.scaled_to(120, 90), {}};
   estimates.lenses.push_back({{1}, {}, {}, {}, 0, 0, true});
   CHECK(correct(photograph) == "refinement: a lens's slot is 1, must be one that holds a view");
@@ -441,8 +441,8 @@ TEST_CASE("coverage of what was offered refuses cells, stores and slots that are
   const std::vector<CellPart> beyond{{CellId{static_cast<std::uint32_t>(cells)}, sound_part()}};
   const std::string no_cell = "coverage: a part's cell is " + std::to_string(cells) +
                               ", must be below the number of cells, " + std::to_string(cells);
-  CHECK(complaint([&] { offered.ask(beyond); }) == no_cell);
-  CHECK(complaint([&] { offered.unask(beyond); }) == no_cell);
+  CHECK(complaint([&] { offered.add_demand(beyond); }) == no_cell);
+  CHECK(complaint([&] { offered.remove_demand(beyond); }) == no_cell);
   CHECK(complaint([&] { offered.add(beyond); }) == no_cell);
   CHECK(complaint([&] { (void)offered.gap(store, beyond); }) == no_cell);
   for (const auto& [bad, sentence] : bad_parts("coverage")) {

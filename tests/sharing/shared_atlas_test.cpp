@@ -61,7 +61,7 @@ class PlannerThread {
       (void)planner.offer("view " + std::to_string(number), camera, pattern_photograph(camera, number));
     }
     (void)planner.refiner().polish();
-    planner.refiner().settle();
+    planner.refiner().publish_refined();
     done_ = true;
   }
 

@@ -40,7 +40,7 @@ void put_under(const SeenSurface& seen, const std::vector<Camera>& turned_away, 
     GeometryFollower(planner).update_surface(seen.input.surface, *seen.visibility,
                                              std::vector<CellId>(cells, CellId::none),
                                              std::vector<std::uint8_t>(cells, 1));
-    for (const Camera& camera : turned_away) planner.pass_by(camera);
+    for (const Camera& camera : turned_away) planner.count_demand(camera);
   } catch (const GlError& error) {
     throw std::runtime_error(std::string("the stored views cannot be seen again: ") + error.what());
   }

@@ -34,7 +34,7 @@ class HeldOutLoss {
   // The parts of a model that each fold's store gives up.
   struct GivenUp {
     std::optional<double> gap;     // views, as long as ThinningStep::gap stays within this, in [0, 1]
-    double reference_loss_db = 0;  // references, for so much predicted loss: see Planner::give_up_references()
+    double reference_loss_db = 0;  // references, for so much predicted loss: see Pruning::give_up_references()
     // Fraction of the full store's tiles to keep, in (0, 1]: 0.5 keeps half of them, see planner/tile_choice.h. A fold
     // that has fewer tiles than that keeps about this fraction of its own.
     double tile_share = 1;

@@ -35,7 +35,7 @@ ThinnedViews thin_views_within(double max_loss_db, double reference_loss_db, Pla
     gone.push_back(order[i].slot);
     thinned.taken_away.push_back(planner.store().name_of(order[i].slot));
   }
-  Pruning(planner).take_away(gone);
+  Pruning(planner).evict(gone);
   return thinned;
 }
 

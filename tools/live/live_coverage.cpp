@@ -66,7 +66,7 @@ void LiveCoverage::remove_waiting(std::uint32_t number) {
   ledger_.erase(slot_of(number));
 }
 
-void LiveCoverage::follow(const PlannedStore& store, bool ask) {
+void LiveCoverage::follow(const PlannedStore& store, bool with_demand) {
   for (ViewSlot slot{0}; slot < max_views_; ++slot) {
     const bool holds = store.ledger().stored(slot);
     const std::string name = holds ? store.name_of(slot) : std::string();
@@ -75,7 +75,7 @@ void LiveCoverage::follow(const PlannedStore& store, bool ask) {
     names_[slot] = name;
     if (!holds) continue;
     const std::span<const CellPart> parts = store.ledger().parts(slot);
-    if (ask) ledger_.ask(parts);
+    if (with_demand) ledger_.add_demand(parts);
     ledger_.insert(slot, {parts.begin(), parts.end()});
   }
 }

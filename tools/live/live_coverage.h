@@ -45,13 +45,13 @@ class LiveCoverage {
   [[nodiscard]] bool is_worth(const Sighting& seen) const;
 
   // Counts an offered view's demand, see CellDemand.
-  void ask(const Sighting& seen) { ledger_.ask(seen.parts); }
+  void add_demand(const Sighting& seen) { ledger_.add_demand(seen.parts); }
   // Counts a view that waits, and returns its number among them; there must be room.
   std::uint32_t add_waiting(const Sighting& seen);
   void remove_waiting(std::uint32_t number);
-  // Counts the stored views as the planner does. Views that are stored where they were cost nothing. `ask`: their
-  // demand has not been counted here yet.
-  void follow(const PlannedStore& store, bool ask = false);
+  // Counts the stored views as the planner does; those in the same view slots as before take no time. `with_demand`:
+  // counts the demand of the new ones too.
+  void follow(const PlannedStore& store, bool with_demand = false);
 
  private:
   [[nodiscard]] ViewSlot slot_of(std::uint32_t waiting) const { return ViewSlot{max_views_ + waiting}; }

@@ -261,7 +261,7 @@ LiveVerdict LiveModel::State::offer(const std::string& name, const Camera& camer
   bool worth = false;
   verdict.news = 1;
   if (sight) {
-    coverage->ask(seen);
+    coverage->add_demand(seen);
     verdict.news = coverage->news(seen);
     worth = coverage->is_worth(seen);
   }
@@ -412,7 +412,7 @@ void LiveModel::State::count_passed(Lock& lock) {
   const Camera camera = passed.front();
   passed.erase(passed.begin());
   lock.unlock();
-  planner->pass_by(camera);
+  planner->count_demand(camera);
   lock.lock();
 }
 
@@ -504,7 +504,7 @@ void LiveModel::State::recount(const std::vector<Undecided>& views, const LiveSi
   std::vector<std::pair<Sighting, const Undecided*>> sightings;
   sightings.reserve(views.size());
   for (const Undecided& view : views) sightings.emplace_back(sighting_of(next, view.camera, planner_options), &view);
-  for (const auto& [seen, view] : sightings) fresh.ask(seen);
+  for (const auto& [seen, view] : sightings) fresh.add_demand(seen);
   std::multimap<double, std::size_t, std::greater<>> by_news;
   for (std::size_t i = 0; i < sightings.size(); ++i) by_news.emplace(fresh.news(sightings[i].first), i);
   for (const auto& [news, i] : by_news) {
@@ -611,7 +611,7 @@ LiveResult LiveModel::State::finish(std::uint32_t polish_steps) {
     const PolishStep polished = planner->refiner().polish();
     if (polished.views == 0 || planner->refiner().at_rest()) break;
   }
-  planner->refiner().settle();
+  planner->refiner().publish_refined();
   atlas->choose_tiles_anew();
   result.snapshot = atlas->snapshot();
   result.snapshot.cell_coverage = planner->store().cell_coverage();

@@ -104,7 +104,7 @@ void give_up_by_measurement(Planner& planner, Atlas& atlas, SeenSurface& seen, c
   const double reference_loss_db = loss_of_references(planner, measured);
   if (bounds.texels > 0) give_up_texels(bounds.texels, reference_loss_db, atlas, measured, *seen.visibility, result);
   if (bounds.faces > 0 && result.scale < 1) {
-    planner.mask_edges_by(validity_at_scale(result.effective.validity, result.scale));
+    planner.set_validity(validity_at_scale(result.effective.validity, result.scale));
     give_up_faces(bounds.faces, reference_loss_db, stream, make_visibility, seen, atlas, planner, measured, result);
   }
   ThinnedViews thinned = thin_views_within(bounds.in_all, reference_loss_db, planner, measured);
@@ -138,7 +138,7 @@ void give_up_within_loss(Planner& planner, Atlas& atlas, SeenSurface& seen, cons
   }
   // Faces may have used up what prediction has for views.
   const bool used_up = result.face_loss_db > result.options.bound.texel_loss_db();
-  if (!parsimony.measured && !used_up) parsimony.taken_away = Pruning(planner).thin();
+  if (!parsimony.measured && !used_up) parsimony.taken_away = Pruning(planner).prune();
   parsimony.predicted = Pruning(planner).predicted_loss();
   const double of_texels_and_faces = result.face_loss_db != 0 ? result.face_loss_db : result.texel_loss_db;
   parsimony.loss_db = parsimony.measured ? turned_away_db + parsimony.measured->mean_db

@@ -2,7 +2,7 @@
 // Internal to tools/pipeline/: `--budget auto`, a model that is as small as a bound on its loss allows. Once the stream
 // has ended and all is refined, photographs are compressed and downscaled, faces and photographs taken away as far as
 // measurement allows, see held_out_loss.h. Where it cannot tell, for want of OpenGL or of photographs that show the
-// same, views and references are given up by prediction alone, see Planner::thin().
+// same, views and references are given up by prediction alone, see Pruning::prune().
 #pragma once
 
 #include "atlas/atlas.h"

@@ -89,9 +89,9 @@ void Streaming::keep_chosen(const Stream& stream, const std::vector<std::size_t>
     PlannedView planned;
     planned.name = view.name;
     if (std::binary_search(chosen.begin(), chosen.end(), place)) {
-      planned.verdict = planner_.keep(view.name, view.camera, photograph_of(view, planned));
+      planned.verdict = planner_.force_store(view.name, view.camera, photograph_of(view, planned));
     } else {
-      planner_.pass_by(view.camera);
+      planner_.count_demand(view.camera);
     }
     planned.summed_coverage = planner_.store().summed_coverage();
     result_.planned.push_back(std::move(planned));
@@ -144,7 +144,7 @@ void Streaming::plan_ahead(const Stream& stream) {
   BuildStage stage(callback_, "storing views", places.size());
   for (const std::size_t place : places) {
     PlannedView& planned = result_.planned[place];
-    planner_.fill(planned.name, photograph_of(*stream[place], planned), planned.verdict);
+    planner_.store_reserved(planned.name, photograph_of(*stream[place], planned), planned.verdict);
     outliers = outliers || planned.verdict.decision == Decision::outlier;
     refinement_.after_offer();
     stage.tick();

@@ -126,7 +126,7 @@ TEST_CASE("what a cell is worth follows what is asked of it, as worked by hand")
   DirectionCoverage coverage(*surface, options, 0);
   const Contribution near = seen_from(2, 0.25), far = seen_from(8, 0.25);
   std::vector<double> losses(1, 0);
-  const auto ask = [&](const Contribution& part, DemandChange change = DemandChange::add) {
+  const auto change_demand = [&](const Contribution& part, DemandChange change = DemandChange::add) {
     const double before = coverage.value(0);
     const double rise = coverage.change_demand(0, part, change, losses);
     CHECK(rise == Approx(coverage.value(0) - before).margin(1e-9));
@@ -135,10 +135,10 @@ TEST_CASE("what a cell is worth follows what is asked of it, as worked by hand")
   coverage.insert(0, 0, near);
   CHECK(coverage.value(0) == 0);  // nobody asked
   CHECK(coverage.gain(0, near, {}, {}) == 0);
-  ask(near);
+  change_demand(near);
   CHECK(coverage.weight(0) == Approx(0.25));
   CHECK(coverage.value(0) == Approx(0.25));  // at the very distance
-  ask(far);
+  change_demand(far);
   // Asked for from sqrt(2 * 8) = 4, with a sigma of 2: one sigma off.
   CHECK(coverage.value(0) == Approx(0.25 * std::exp(-0.5)).epsilon(1e-5));
   // A view from 4 is worth all that there is.
@@ -148,9 +148,9 @@ TEST_CASE("what a cell is worth follows what is asked of it, as worked by hand")
   std::vector<double> twice(1, 0);
   coverage.add_losses(0, 2, twice);
   CHECK(twice[0] == Approx(2 * 0.25 * std::exp(-0.5)).epsilon(1e-5));
-  ask(far, DemandChange::remove);
+  change_demand(far, DemandChange::remove);
   CHECK(coverage.value(0) == Approx(0.25));
-  ask(near, DemandChange::remove);
+  change_demand(near, DemandChange::remove);
   CHECK(coverage.value(0) == 0);
 }
 
@@ -167,7 +167,7 @@ TEST_CASE("a measure without demand does not listen to what is asked for") {
     CHECK(ledger.weight(parts) == 2);
     ledger.insert(0, parts);
     const double before = ledger.summed_coverage();
-    ledger.ask(parts);
+    ledger.add_demand(parts);
     CHECK(ledger.summed_coverage() == before);
     CHECK(ledger.weight(parts) == 2);
   }
@@ -200,7 +200,7 @@ struct PlannedByDemand {
   [[nodiscard]] double coverage_from_scratch() const {
     CoverageLedger ledger(*surface, atlas.capacity(), options.coverage, options.min_reference_gain);
     for (const auto& [slot, parts] : stored) ledger.insert(ViewSlot(slot), parts);
-    std::for_each(asked.rbegin(), asked.rend(), [&](const auto& parts) { ledger.ask(parts); });
+    std::for_each(asked.rbegin(), asked.rend(), [&](const auto& parts) { ledger.add_demand(parts); });
     return ledger.summed_coverage();
   }
 
@@ -231,12 +231,12 @@ TEST_CASE("a view that is passed by asks for as much as one that is rejected") {
   PlannedByDemand offered(3, options), passed(3, options);
   const Camera kept = room_camera(0);
   for (PlannedByDemand* scene : {&offered, &passed}) {
-    scene->planner.keep("kept", kept, [&] { return pattern_photograph(kept, 0); });
+    scene->planner.force_store("kept", kept, [&] { return pattern_photograph(kept, 0); });
   }
   const double alone = offered.planner.store().summed_coverage();
   for (std::size_t i = 1; i < 20; ++i) {
     REQUIRE(offered.offer(i).decision == Decision::rejected);
-    passed.planner.pass_by(room_camera(i));
+    passed.planner.count_demand(room_camera(i));
   }
   CHECK(passed.planner.store().summed_coverage() == offered.planner.store().summed_coverage());
   CHECK(passed.planner.store().summed_coverage() != alone);

@@ -56,7 +56,7 @@ struct Ledger {
   // A view that is offered; it may be stored or not.
   std::vector<CellPart> offered() {
     asked.push_back(random_half(random, *surface));
-    ledger.ask(asked.back());
+    ledger.add_demand(asked.back());
     return asked.back();
   }
   std::vector<ViewSlot> stored() const {
@@ -78,7 +78,7 @@ void step(Ledger& scene) {
   if (scene.random() % 2 == 0) scene.offered();
   if (scene.random() % 4 == 0 && !scene.asked.empty()) {
     std::swap(scene.asked[scene.random() % scene.asked.size()], scene.asked.back());
-    scene.ledger.unask(scene.asked.back());
+    scene.ledger.remove_demand(scene.asked.back());
     scene.asked.pop_back();
   }
   const ViewSlot slot(static_cast<std::uint32_t>(scene.random() % kSlots));
@@ -93,7 +93,7 @@ void check_against_scratch(const Ledger& scene, const CoverageOptions& options) 
   // A ledger that never saw the views that have left. References depend on the history, so only what does not depend on
   // them is compared for the paper's metric through value_by_definition below.
   CoverageLedger fresh(*scene.surface, kSlots, options, kMinReferenceGain);
-  std::for_each(scene.asked.rbegin(), scene.asked.rend(), [&](const auto& parts) { fresh.ask(parts); });
+  std::for_each(scene.asked.rbegin(), scene.asked.rend(), [&](const auto& parts) { fresh.add_demand(parts); });
   for (const ViewSlot slot : scene.stored()) {
     fresh.insert(slot, {scene.ledger.parts(slot).begin(), scene.ledger.parts(slot).end()});
   }
@@ -225,8 +225,8 @@ TEST_CASE("by directions, a view more never makes the store worth less, and adds
     CoverageLedger large(*scene.surface, kSlots, options, 0);
     for (int i = 0; i < 5; ++i) {
       const std::vector<CellPart> asked = random_half(scene.random, *scene.surface);
-      small.ask(asked);
-      large.ask(asked);
+      small.add_demand(asked);
+      large.add_demand(asked);
     }
     for (std::uint32_t slot = 0; slot + 1 < kSlots; ++slot) {
       const std::vector<CellPart> parts = random_half(scene.random, *scene.surface);
@@ -248,9 +248,9 @@ TEST_CASE("by directions, the order of arrival does not change what a store is w
   CoverageLedger forward(*scene.surface, kSlots, options, 0);
   CoverageLedger backward(*scene.surface, kSlots, options, 0);
   for (ViewSlot slot{0}; slot < kSlots; ++slot) {
-    forward.ask(views[slot]);
+    forward.add_demand(views[slot]);
     forward.insert(slot, views[slot]);
-    backward.ask(views[kSlots - 1 - slot]);
+    backward.add_demand(views[kSlots - 1 - slot]);
     backward.insert(ViewSlot(kSlots - 1 - slot), views[kSlots - 1 - slot]);
   }
   CHECK(forward.summed_coverage() == Approx(backward.summed_coverage()).margin(1e-9));

@@ -91,10 +91,10 @@ TEST_CASE("one solution for all poses is nearer to the truth than four steps of 
   Walk polished(36, 3, options_for_walk());
   Walk solved(36, 3, options_for_walk());
   for (int step = 0; step < 4; ++step) polished.planner.refiner().polish();
-  polished.planner.refiner().settle();
+  polished.planner.refiner().publish_refined();
   solved.planner.refiner().polish();
   const PoseEstimate estimate = solved.planner.refiner().solve_poses(kAllPoints);
-  solved.planner.refiner().settle();
+  solved.planner.refiner().publish_refined();
   CAPTURE(polished.error_px(), solved.error_px(), estimate.residual_before, estimate.residual_after);
   CHECK(estimate.views == 36);
   CHECK(estimate.points > 36 * 100);
@@ -115,14 +115,14 @@ TEST_CASE("one solution for all poses is nearer to the truth than four steps of 
 TEST_CASE("where poses are right a solution leaves them, and so does one without refinement of poses") {
   Walk exact(12, 0, options_for_walk());
   CHECK(exact.planner.refiner().solve_poses(kAllPoints).views == 12);
-  exact.planner.refiner().settle();
+  exact.planner.refiner().publish_refined();
   CHECK(exact.error_px() < 0.05);
 
   PlannerOptions exposure_alone = options_for_walk();
   exposure_alone.refinement.alignment.pose = false;
   Walk given(12, 3, exposure_alone);
   CHECK(given.planner.refiner().solve_poses(kAllPoints).views == 0);
-  given.planner.refiner().settle();
+  given.planner.refiner().publish_refined();
   for (std::size_t number = 0; number < 12; ++number) CHECK(same_pose(given.stored(number), given.given[number]));
 }
 
@@ -132,7 +132,7 @@ TEST_CASE("no view moves further than it may") {
   options.refinement.alignment.prior = 0;
   Walk walk(24, 3, options);
   CHECK(walk.planner.refiner().solve_poses(kAllPoints).improves());
-  walk.planner.refiner().settle();
+  walk.planner.refiner().publish_refined();
   std::size_t moved = 0;
   for (std::size_t number = 0; number < 24; ++number) {
     moved += !same_pose(walk.stored(number), walk.given[number]);
@@ -158,7 +158,7 @@ TEST_CASE("a store of one view, or of none, has nothing to be solved for") {
   const PoseEstimate estimate = one.planner.refiner().solve_poses(kAllPoints);
   CHECK(estimate.views == 0);
   CHECK_FALSE(estimate.improves());
-  one.planner.refiner().settle();
+  one.planner.refiner().publish_refined();
   CHECK(same_pose(one.stored(0), one.given[0]));
   const Relief relief;
   Atlas atlas(relief.surface, 3);
@@ -196,10 +196,10 @@ TEST_CASE("the solution is the same on one thread as on many") {
   Walk one(8, 2, options_for_walk());
   const PoseEstimate of_many = many.planner.refiner().solve_poses(kAllPoints);
   REQUIRE(of_many.improves());
-  many.planner.refiner().settle();
+  many.planner.refiner().publish_refined();
   const tbb::global_control one_thread(tbb::global_control::max_allowed_parallelism, 1);
   CHECK(one.planner.refiner().solve_poses(kAllPoints).residual_after == of_many.residual_after);
-  one.planner.refiner().settle();
+  one.planner.refiner().publish_refined();
   CHECK(difference_px(many, one) == 0);
 }
 

@@ -176,7 +176,7 @@ TEST_CASE("each refined view has the depth and the mask of its refined pose") {
   stream.offer_all(8, 3, 1);
   stream.planner.refiner().polish();
   check_whole(stream, options);
-  stream.planner.refiner().settle();
+  stream.planner.refiner().publish_refined();
   check_whole(stream, options);
 }
 
@@ -187,7 +187,7 @@ TEST_CASE("a pose that polishing moves by a little is in the store once that has
   // How many stored views settling moves; each by no more than depth stands for.
   const auto moved_by_settling = [&] {
     const Snapshot before = stream.atlas.snapshot();
-    stream.planner.refiner().settle();
+    stream.planner.refiner().publish_refined();
     std::size_t moved = 0;
     for (const Frame& f : frames) {
       const ViewSlot slot(stream.slot_of(f.name).value());
@@ -246,7 +246,7 @@ TEST_CASE("a reserved view that turns out to be an outlier gives its slot back, 
   const Frame late = ahead.frame(10, 1, 0.5);
   for (std::size_t i = 0; i < frames.size(); ++i) {
     REQUIRE(verdicts[i].decision == Decision::kept);
-    ahead.planner.fill(
+    ahead.planner.store_reserved(
         frames[i].name, [&] { return ahead.relief.photograph(frames[i].truth, frames[i].exposure); }, verdicts[i]);
     if (i < 8) untouched.offer(frames[i]);
   }
@@ -387,7 +387,7 @@ struct RefinerAlone {
     const Refinement refinement = compared ? refiner.refine(f.given, photograph) : Refinement{};
     slots.push_back(atlas.insert(
         make_stored_view(f.name, f.given, photograph, relief.visibility->trace(f.given), ValidityOptions{})));
-    refiner.stored(slots.back(), f.given, refinement);
+    refiner.add(slots.back(), f.given, refinement);
   }
 
   // So many, as they came, with poses wrong by `px`; cells refer to all of them.
@@ -430,7 +430,7 @@ TEST_CASE("polishing improves a store whose poses were stored as they came") {
   PolishStep last;
   for (int step = 0; step < 3; ++step) last = alone.refiner.polish();
   CHECK(last.residual_after < 0.6 * first.residual_before);
-  alone.refiner.settle();
+  alone.refiner.publish_refined();
   CHECK(error() < 0.5 * given);
 }
 
@@ -445,7 +445,7 @@ TEST_CASE("a pose that is far from the one in the store is there before that set
   }
   CHECK(moved > 5);
   const Snapshot polished = alone.atlas.snapshot();
-  alone.refiner.settle();
+  alone.refiner.publish_refined();
   for (ViewSlot slot{0}; slot < 10; ++slot) {
     const Camera& after = alone.atlas.view(slot)->camera;
     CHECK(pose_error_px(polished.views[slot]->camera, after, frames[slot].points) < kDepthStandsPx);
@@ -464,7 +464,7 @@ TEST_CASE("a view that stays where it was given is not made anew, and one that m
   right.offer_all(6, 0, 0);
   const auto before = stored(right);
   CHECK(right.planner.refiner().polish().moved_px == 0);
-  right.planner.refiner().settle();
+  right.planner.refiner().publish_refined();
   for (std::size_t i = 6; i < 12; ++i) right.offer(right.frame(i, 0, 0));  // each of which visits two again
   CHECK(stored(right) == before);
 
@@ -472,7 +472,7 @@ TEST_CASE("a view that stays where it was given is not made anew, and one that m
   wrong.offer_all(6, 6, 0);
   const auto given = stored(wrong);
   CHECK(wrong.planner.refiner().polish().moved_px > 0);
-  wrong.planner.refiner().settle();
+  wrong.planner.refiner().publish_refined();
   CHECK(stored(wrong) != given);
 }
 
@@ -503,7 +503,7 @@ TEST_CASE("a view that stays is compared at the points that were chosen before, 
     const Frame f = walk.frame(i, 0, 0);
     const ViewSlot slot = atlas.insert(make_stored_view(f.name, f.given, relief.photograph(f.truth),
                                                         relief.visibility->trace(f.given), ValidityOptions{}));
-    refiner.stored(slot, f.given, Refinement{});
+    refiner.add(slot, f.given, Refinement{});
   }
   for (CellId cell{0}; cell < relief.surface->cells.cells.size(); ++cell) {
     atlas.set_references(cell, {0, 1, 2, 3, 4, 5});
@@ -523,7 +523,7 @@ TEST_CASE("a view that stays is compared at the points that were chosen before, 
   counting.traced = 0;
   CHECK(refiner.estimate_lenses().views == 6);
   CHECK(counting.traced == 0);
-  refiner.see_with(counting);
+  refiner.set_visibility(counting);
   CHECK(polished().second == 6);
 }
 
@@ -543,13 +543,13 @@ TEST_CASE("what a view sees is asked once for its place and its masks, and masks
       TiledView tiled = make_tiled_view(f.name, f.given, std::move(photograph), std::move(visible),
                                         relief.surface->cells, atlas.layout(), ValidityOptions{});
       const ViewSlot slot = atlas.insert(std::move(tiled.view), std::move(tiled.shown));
-      refiner.stored(slot, f.given, Refinement{}, face);
+      refiner.add(slot, f.given, Refinement{}, face);
     }
     for (CellId cell{0}; cell < relief.surface->cells.cells.size(); ++cell) {
       atlas.set_references(cell, {0, 1, 2, 3, 4, 5});
     }
     counting.traced = 0;
-    refiner.settle();
+    refiner.publish_refined();
     return counting.traced.load();
   };
   const TileOptions layout{.tile_px = 32};
@@ -567,7 +567,7 @@ TEST_CASE("what a view sees is asked once for its place and its masks, and masks
     CHECK(a.tiles.slots == b.tiles.slots);
   }
   CHECK(any_masked);
-  CHECK_THROWS_WITH(with.stored(0, told.view(0)->camera, Refinement{}, std::vector<FaceId>(3, 0)),
+  CHECK_THROWS_WITH(with.add(0, told.view(0)->camera, Refinement{}, std::vector<FaceId>(3, 0)),
                     Catch::Contains("the size of face is 3, must be the number of the view's pixels"));
 }
 
@@ -773,7 +773,7 @@ TEST_CASE("polishing, masks and cameras can be stopped between one view and the 
     calls_left = calls;
     CHECK_THROWS_AS(stream.planner.refiner().polish(), Stop);
     calls_left = std::min(calls, 7);
-    CHECK_THROWS_AS(stream.planner.refiner().settle(), Stop);
+    CHECK_THROWS_AS(stream.planner.refiner().publish_refined(), Stop);
     calls_left = std::min(calls, 7);
     CHECK_THROWS_AS(stream.planner.refiner().correct_lenses(estimates, as_it_is), Stop);
     calls_left = calls;
@@ -808,13 +808,13 @@ TEST_CASE("the exposure of a view that has left says nothing about the one that 
                                              stream.relief.visibility->trace(f.given), ValidityOptions{}));
     Refinement refinement;
     refinement.ratios = std::move(ratios);
-    refiner.stored(ViewSlot(slot), f.given, refinement);
+    refiner.add(ViewSlot(slot), f.given, refinement);
     return slot;
   };
   REQUIRE(store(0, {}) == 0);
   REQUIRE(store(1, {{0, glm::dvec3(0.5), glm::dvec3(0.5), 400}}) == 1);
   CHECK(std::log(stream.atlas.gain(1).g / stream.atlas.gain(0).g) == Approx(0.5).margin(2e-3));
-  refiner.erased(0);
+  refiner.remove(0);
   stream.atlas.erase(0);
   REQUIRE(store(2, {}) == 0);
   CHECK(stream.atlas.gain(0) == glm::dvec3(1));
@@ -828,14 +828,14 @@ TEST_CASE("the exposures of views that leave for one say nothing about it, nor a
     const Frame f = stream.frame(number, 0, 0);
     Refinement refinement;
     refinement.ratios = std::move(ratios);
-    refiner.stored(stream.atlas.insert(make_stored_view(f.name, f.given, stream.relief.photograph(f.truth),
-                                                        stream.relief.visibility->trace(f.given), ValidityOptions{})),
-                   f.given, refinement);
+    refiner.add(stream.atlas.insert(make_stored_view(f.name, f.given, stream.relief.photograph(f.truth),
+                                                     stream.relief.visibility->trace(f.given), ValidityOptions{})),
+                f.given, refinement);
   };
   store(0, {});
   store(1, {});
   for (const std::uint32_t slot : {0u, 1u}) {
-    refiner.erased(ViewSlot(slot));
+    refiner.remove(ViewSlot(slot));
     stream.atlas.erase(ViewSlot(slot));
   }
   // It was compared with both while they were there.
@@ -858,7 +858,7 @@ TEST_CASE("a store of three views goes on refining while others are offered and 
   CHECK(replaced >= 1);
   CHECK(stream.atlas.size() == 3);
   CHECK(stream.worst_exposure_error(frames) < 0.05);
-  CHECK_NOTHROW(stream.planner.refiner().settle());
+  CHECK_NOTHROW(stream.planner.refiner().publish_refined());
   const PolishStep step = stream.planner.refiner().polish();
   CHECK(step.residual_after <= step.residual_before);
   for (ViewSlot slot{0}; slot < 3; ++slot) CHECK_NOTHROW(check(stream.atlas.view(slot)->camera));
@@ -882,7 +882,7 @@ TEST_CASE(
   REQUIRE_FALSE(stream.atlas.view(slot)->mask->trust.empty());
   CHECK(static_cast<int>(stream.atlas.view(slot)->mask->trust[85 * 240 + 120]) == 0);
   stream.planner.refiner().polish();
-  stream.planner.refiner().settle();
+  stream.planner.refiner().publish_refined();
   REQUIRE_FALSE(stream.atlas.view(slot)->mask->trust.empty());
   CHECK(static_cast<int>(stream.atlas.view(slot)->mask->trust[85 * 240 + 120]) == 0);
   for (std::uint32_t other = 0; other < 8; ++other) {
@@ -897,7 +897,7 @@ TEST_CASE("the same stream with refinement, masks and polishing gives the same s
     auto stream = std::make_unique<ReliefStream>(5, options_for_relief());
     stream->offer_all(9, 2, 1);
     stream->planner.refiner().polish();
-    stream->planner.refiner().settle();
+    stream->planner.refiner().publish_refined();
     return stream;
   };
   const auto one = stream_on(1), four = stream_on(4);

@@ -102,7 +102,7 @@ void refine_jointly(Planner& planner, std::vector<SceneView>& views, const Build
     if (result.effective.refinement.any()) refine_stored(planner, views, options, stage, result);
     stage.finish();
   }
-  planner.refiner().settle();
+  planner.refiner().publish_refined();
   result.polish_ms = ms_since(start);
 }
 
