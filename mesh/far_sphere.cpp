@@ -10,7 +10,8 @@
 
 #include "mesh/base/median.h"
 #include "mesh/base/requirement.h"
-#include "mesh/cells/cells.h"
+#include "mesh/cells/split_faces.h"
+#include "mesh/scene_extent.h"
 
 namespace lumatlas {
 

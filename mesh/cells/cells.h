@@ -47,35 +47,9 @@ struct Cells {
   std::vector<CellId> cell_of_face;  // one per face of the mesh
 };
 
-// The region that holds the bulk of a mesh.
-struct SceneExtent {
-  Bounds core;          // along each axis, all but the outermost 1% of the area on each side
-  double diameter = 0;  // length of the core's diagonal; > 0 for a mesh with area
-};
-
-// Finds where the bulk of a mesh lies. Stray triangles far away do not count, because they have little area. Stray
-// vertices do not count either, although their faces may have more area than the scene: faces that are more than a
-// hundred times as high as their shortest edge is long, or that lie between two vertices without other faces, are left
-// out if they make the box more than twice as large.
-[[nodiscard]] SceneExtent scene_extent(const Mesh& mesh);
-[[nodiscard]] double scene_diameter(const Mesh& mesh);  // the diameter of scene_extent()
-
 // Returns the size that CellOptions::size = 0 stands for: scene_diameter() / 60 (data/results/cell-size.csv; the paper
 // finds 1/100 to 1/30 of the scene). 0 for a mesh without area.
 [[nodiscard]] double automatic_cell_size(const Mesh& mesh);
-
-// Returns the same surface with every edge at most `max_edge` long: longer edges are halved, longest first, and colours
-// are interpolated. A manifold mesh stays manifold; where the mesh is not, no crack opens. Faces without a long
-// edge keep their first corner and their order; new faces come last.
-//
-// An edge between needles (faces more than twenty times as long as high) is not split if it is longer than a thousand
-// times `max_edge`, like those at a stray vertex, or once one million such edges have been halved. Otherwise a large
-// polygon that was cut into a fan would become more faces than memory holds, for no area.
-//
-// Throws std::invalid_argument if the mesh breaks a rule of mesh.h; unless max_edge is finite, above 0 and at least
-// four times the float resolution of the positions to be split; and if the result would have more faces than half of
-// the machine's memory holds, at 400 bytes a face.
-[[nodiscard]] Mesh split_large_faces(const Mesh& mesh, double max_edge, const Tick& tick = {});
 
 // Returns the cells of a mesh, numbered by their first face, the same bytes for any number of threads. The mesh's faces
 // should be no larger than a cell (split_large_faces with the options' size). A cluster is connected over manifold

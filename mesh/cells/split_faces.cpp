@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Longest-edge bisection: Rivara, "Algorithms for refining triangular grids suitable for adaptive and multigrid
 // techniques", 1984. It bounds the smallest angle by half of the smallest one before.
+#include "mesh/cells/split_faces.h"
+
 #include <unistd.h>
 
 #include <algorithm>
@@ -14,7 +16,6 @@
 #include <stdexcept>
 #include <utility>
 
-#include "mesh/cells/cells.h"
 #include "mesh/face_geometry.h"
 #include "mesh/halfedge_mesh.h"
 

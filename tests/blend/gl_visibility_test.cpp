@@ -16,6 +16,7 @@
 
 #include "blend/renderer.h"
 #include "blend/tables/cell_runs.h"
+#include "mesh/cells/split_faces.h"
 #include "tests/support/gl_test_context.h"
 #include "tests/support/scenes/small_scenes.h"
 #include "tests/support/scenes/surfaces.h"

@@ -5,9 +5,10 @@
 #include <functional>
 #include <utility>
 
-#include "mesh/cells/cells.h"
+#include "mesh/cells/split_faces.h"
 #include "mesh/repair/holes.h"
 #include "mesh/repair/repair.h"
+#include "mesh/scene_extent.h"
 #include "tests/support/allocation_peak.h"
 #include "tests/support/scenes/surfaces.h"
 #include "tests/support/skip.h"

@@ -10,9 +10,11 @@
 
 #include "mesh/cells/cell_growth.h"
 #include "mesh/cells/cells.h"
+#include "mesh/cells/split_faces.h"
 #include "mesh/readers/mesh_file.h"
 #include "mesh/repair/decimation.h"
 #include "mesh/repair/joined_faces.h"
+#include "mesh/scene_extent.h"
 #include "mesh/visibility/ray_visibility.h"
 #include "tests/support/scenes/surfaces.h"
 #include "tests/support/temporary_folder.h"

@@ -11,6 +11,7 @@
 #include "mesh/base/errors.h"
 #include "mesh/base/median.h"
 #include "mesh/base/number_text.h"
+#include "mesh/scene_extent.h"
 #include "mesh/visibility/visibility.h"
 #include "tools/base/progress.h"
 #include "tools/inspection/blind_views.h"

@@ -13,8 +13,8 @@
 #include "mesh/base/errors.h"
 #include "mesh/base/number_text.h"
 #include "mesh/base/requirement.h"
-#include "mesh/cells/cells.h"
 #include "mesh/repair/simplification.h"
+#include "mesh/scene_extent.h"
 #include "tools/inspection/mesh_shift.h"
 #include "tools/scene/scene_points.h"
 

@@ -21,7 +21,7 @@
 #include <vector>
 
 #include "mesh/base/median.h"
-#include "mesh/cells/cells.h"
+#include "mesh/scene_extent.h"
 #include "tools/base/process/interrupt.h"
 
 namespace lumatlas {

@@ -15,10 +15,12 @@
 
 #include "mesh/base/errors.h"
 #include "mesh/base/text_fields.h"
+#include "mesh/cells/split_faces.h"
 #include "mesh/finite.h"
 #include "mesh/readers/ply_header.h"
 #include "mesh/repair/holes.h"
 #include "mesh/repair/simplification.h"
+#include "mesh/scene_extent.h"
 #include "tools/base/process/interrupt.h"
 #include "tools/scene/mesh_coordinate_step.h"
 #include "tools/scene/scene.h"

@@ -15,7 +15,9 @@
 #include <set>
 #include <stdexcept>
 
+#include "mesh/cells/split_faces.h"
 #include "mesh/repair/repair.h"
+#include "mesh/scene_extent.h"
 #include "tests/support/scenes/surfaces.h"
 
 namespace lumatlas {

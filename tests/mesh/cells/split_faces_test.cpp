@@ -11,7 +11,7 @@
 #include <string>
 #include <utility>
 
-#include "mesh/cells/cells.h"
+#include "mesh/cells/split_faces.h"
 #include "tests/support/scenes/surfaces.h"
 #include "tests/support/skip.h"
 

@@ -15,6 +15,7 @@
 #include <utility>
 #include <vector>
 
+#include "mesh/cells/split_faces.h"
 #include "mesh/visibility/ray_visibility.h"
 
 namespace lumatlas {

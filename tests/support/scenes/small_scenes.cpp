@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "mesh/cells/cells.h"
+#include "mesh/cells/split_faces.h"
 #include "mesh/visibility/visibility.h"
 
 namespace lumatlas {

@@ -8,6 +8,7 @@
 #include <numeric>
 #include <set>
 
+#include "mesh/scene_extent.h"
 #include "tests/support/temporary_folder.h"
 #include "tests/tools/city/small_city.h"
 #include "tools/city/city_surface.h"

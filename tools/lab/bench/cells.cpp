@@ -13,6 +13,7 @@
 #include <random>
 #include <vector>
 
+#include "mesh/cells/split_faces.h"
 #include "tools/lab/bench/program.h"
 
 namespace lumatlas {

@@ -12,6 +12,7 @@
 #include "atlas/tiles/tiles.h"
 #include "blend/gpu_bytes.h"
 #include "mesh/base/errors.h"
+#include "mesh/scene_extent.h"
 #include "tools/scene/scene.h"
 #include "tools/surface/surface_input.h"
 
