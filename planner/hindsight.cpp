@@ -21,7 +21,7 @@ CoverageLedger Hindsight::ledger_of(std::span<const ViewSlot> slots, std::span<c
                         options.min_reference_gain);
   for (const ViewSlot slot : offered) ledger.add_demand(store_.ledger().parts(slot));
   for (const ViewSlot slot : slots) {
-    may_interrupt(store_.options().refinement.interruption_point);
+    check_cancelled(store_.options().refinement.cancel_check);
     const std::span<const CellPart> parts = store_.ledger().parts(slot);
     ledger.insert(slot, {parts.begin(), parts.end()});
   }
@@ -34,7 +34,7 @@ std::vector<ThinningStep> Hindsight::thinning_order(std::span<const ViewSlot> ab
   const double whole = ledger.summed_coverage();
   std::vector<ThinningStep> order;
   while (!slots.empty()) {
-    may_interrupt(store_.options().refinement.interruption_point);
+    check_cancelled(store_.options().refinement.cancel_check);
     const ViewSlot least = missed_least(ledger, slots, 1).front();
     ledger.erase(least);
     const double gap = whole > 0 ? std::clamp(1 - ledger.summed_coverage() / whole, 0.0, 1.0) : 0;

@@ -36,11 +36,11 @@ class OfflinePlanner {
   OfflinePlanner(const Surface& surface, std::span<const std::vector<CellPart>> views, std::uint32_t count,
                  const OfflineOptions& options)
       : views_(views),
-        interruption_point_(options.interruption_point),
+        cancel_check_(options.cancel_check),
         count_(std::min<std::size_t>(count, views.size())),
         ledger_(surface, static_cast<std::uint32_t>(count_), options.coverage, options.min_reference_gain) {
     for (const std::vector<CellPart>& parts : views) {
-      may_interrupt(interruption_point_);
+      check_cancelled(cancel_check_);
       ledger_.add_demand(parts);
     }
   }
@@ -78,7 +78,7 @@ class OfflinePlanner {
   }
 
   Candidate evaluated(std::uint32_t view) {
-    may_interrupt(interruption_point_);
+    check_cancelled(cancel_check_);
     ++choice_.evaluations;
     return {ledger_.gain(views_[view]), view, static_cast<std::uint32_t>(view_in_slot_.size())};
   }
@@ -92,7 +92,7 @@ class OfflinePlanner {
     std::size_t exchanges = 0;
     for (std::uint32_t view = 0; view < views_.size(); ++view) {
       if (chosen[view]) continue;
-      may_interrupt(interruption_point_);
+      check_cancelled(cancel_check_);
       const std::vector<double> gains = ledger_.exchange_gains(views_[view], slots);
       const auto best = std::max_element(gains.begin(), gains.end());
       if (!(*best > kLeastRise * ledger_.summed_coverage())) continue;
@@ -108,7 +108,7 @@ class OfflinePlanner {
   }
 
   std::span<const std::vector<CellPart>> views_;
-  const InterruptionPoint& interruption_point_;
+  const CancelCheck& cancel_check_;
   std::size_t count_;
   CoverageLedger ledger_;
   std::vector<std::uint32_t> view_in_slot_;

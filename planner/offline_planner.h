@@ -15,8 +15,8 @@
 #include <vector>
 
 #include "atlas/atlas.h"
+#include "mesh/cancel_check.h"
 #include "planner/coverage/coverage.h"
-#include "planner/interruption.h"
 
 namespace lumatlas {
 
@@ -25,7 +25,7 @@ struct OfflineOptions {
   double min_reference_gain = 0.001;  // see PlannerOptions::min_reference_gain, >= 0
   // Exchange passes over the views that are not chosen; the last is the first that exchanges nothing. 0: none.
   std::uint32_t max_passes = 20;
-  InterruptionPoint interruption_point = {};  // called at each evaluation of a view
+  CancelCheck cancel_check = {};  // called at each evaluation of a view
 };
 
 struct OfflineChoice {

@@ -28,7 +28,7 @@ std::vector<std::string> Pruning::prune() {
   if (!store_.offered()) return gone;
   const double bound = *store_.options().max_loss_db;
   for (std::vector<ViewSlot> slots = store_.held_slots(); !slots.empty();) {
-    may_interrupt(store_.options().refinement.interruption_point);
+    check_cancelled(store_.options().refinement.cancel_check);
     const ViewSlot least = missed_least(store_.ledger(), slots, 1).front();
     const double gap = store_.offered()->gap_without(store_.ledger(), least);
     if (predicted_loss_db(gap) > bound - bound_of_references(bound)) break;

@@ -39,9 +39,9 @@ bool shows_the_same(const ViewMask& a, const ViewMask& b) {
 
 class VersionWriter {
  public:
-  VersionWriter(const Snapshot& snapshot, const ImageCoding& photographs, const PutFormFile& put, const Tick& tick,
-                std::vector<WrittenView>& views)
-      : snapshot_(snapshot), photographs_(photographs), put_(put), tick_(tick), views_(views) {}
+  VersionWriter(const Snapshot& snapshot, const ImageCoding& photographs, const PutFormFile& put,
+                const CancelCheck& cancel_check, std::vector<WrittenView>& views)
+      : snapshot_(snapshot), photographs_(photographs), put_(put), cancel_check_(cancel_check), views_(views) {}
 
   // Writes the views that changed, as long as there is time.
   void write_views(std::chrono::seconds time) {
@@ -69,9 +69,7 @@ class VersionWriter {
   }
 
  private:
-  void step() const {
-    if (tick_) tick_();
-  }
+  void step() const { check_cancelled(cancel_check_); }
   // Returns whether the view is shown: it is there, and was written in some version.
   [[nodiscard]] bool is_shown(std::size_t slot) const { return snapshot_.views[slot] && views_[slot].is_known(); }
 
@@ -170,7 +168,7 @@ class VersionWriter {
   const Snapshot& snapshot_;
   const ImageCoding& photographs_;
   const PutFormFile& put_;
-  const Tick& tick_;
+  const CancelCheck& cancel_check_;
   std::vector<WrittenView>& views_;
   FormVersion version_;
 };
@@ -183,7 +181,7 @@ LiveForm::LiveForm(const ImageCoding& photographs, SharesOf shares_of)
 LiveForm::~LiveForm() = default;
 
 FormVersion LiveForm::write(const Snapshot& snapshot, std::chrono::seconds time_for_views, const PutFormFile& put,
-                            const Tick& tick) {
+                            const CancelCheck& cancel_check) {
   check(snapshot);
   if (std::none_of(snapshot.views.begin(), snapshot.views.end(), [](const auto& view) { return view != nullptr; })) {
     throw std::invalid_argument("live form: the model holds no view");
@@ -194,12 +192,12 @@ FormVersion LiveForm::write(const Snapshot& snapshot, std::chrono::seconds time_
   // Cells that refer to the same views are not joined, so that the mesh stays as it is when these change.
   if (!same) {
     const CellShares shares = shares_of_(*snapshot.surface);
-    if (tick) tick();
+    check_cancelled(cancel_check);
     next->written =
         std::make_shared<const WrittenSurface>(written_surface(*snapshot.surface, &shares, nullptr, std::nullopt));
   }
-  if (tick) tick();
-  VersionWriter writer(snapshot, photographs_, put, tick, next->views);
+  check_cancelled(cancel_check);
+  VersionWriter writer(snapshot, photographs_, put, cancel_check, next->views);
   writer.write_views(time_for_views);
   FormVersion version = writer.finish(*next->written);
   state_ = std::move(next);

@@ -207,7 +207,7 @@ class SurfaceWriter {
   std::string texture_;  // name of the model's; empty: it has none
 };
 
-json put_images(const ModelParts& model, const PutFormFile& put, const Tick& tick) {
+json put_images(const ModelParts& model, const PutFormFile& put, const CancelCheck& cancel_check) {
   std::vector<json> images(model.images.size());
   tbb::parallel_for(std::size_t{0}, images.size(), [&](std::size_t index) {
     const ModelImage& image = model.images[index];
@@ -215,7 +215,7 @@ json put_images(const ModelParts& model, const PutFormFile& put, const Tick& tic
     const std::string name =
         put({image.name.stem, image.name.ending, mime_type(image.coding.format), part_of(image.kind), file});
     images[index] = {{"uri", name}, {"byteLength", file.size()}};
-    if (tick && image.kind == ModelImageKind::photograph) tick();
+    if (cancel_check && image.kind == ModelImageKind::photograph) cancel_check();
   });
   return images;
 }
@@ -241,13 +241,13 @@ void put_views(json& properties, const PutFormFile& put) {
 
 // Writes the images of a model, then its surface, and returns the text of the tileset.
 std::string write_parts(ModelParts model, ChunkSource& source, const FormOptions& options, const PutFormFile& put,
-                        const Tick& tick) {
-  json images = put_images(model, put, tick);
+                        const CancelCheck& cancel_check) {
+  json images = put_images(model, put, cancel_check);
   if (!images.empty()) model.properties["images"] = std::move(images);
   const bool is_long = model.properties.contains("views") && model.properties["views"].size() > options.listed_views;
   if (is_long) put_views(model.properties, put);
   const ModelTile root = SurfaceWriter(model, options, put, source).write();
-  if (tick) tick();
+  check_cancelled(cancel_check);
   return tileset_json(model.snapshot, model.offset, root, std::move(model.properties)).dump(options.packed ? -1 : 1) +
          "\n";
 }
@@ -255,15 +255,15 @@ std::string write_parts(ModelParts model, ChunkSource& source, const FormOptions
 }  // namespace
 
 std::string write_form(const Snapshot& snapshot, const ValidityOptions& validity, const FormOptions& options,
-                       const PutFormFile& put, const Tick& tick) {
+                       const PutFormFile& put, const CancelCheck& cancel_check) {
   const ModelParts model = model_parts(snapshot, validity, options);
-  return write_parts(model, *whole_surface(model, options), options, put, tick);
+  return write_parts(model, *whole_surface(model, options), options, put, cancel_check);
 }
 
 std::string write_form(const PiecewiseModel& given, const ValidityOptions& validity, const FormOptions& options,
-                       const PutFormFile& put, const Tick& tick) {
+                       const PutFormFile& put, const CancelCheck& cancel_check) {
   const ModelParts model = model_parts(given, validity, options);
-  return write_parts(model, *surface_in_pieces(model, given.surface, options), options, put, tick);
+  return write_parts(model, *surface_in_pieces(model, given.surface, options), options, put, cancel_check);
 }
 
 }  // namespace lumatlas

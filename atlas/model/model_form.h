@@ -14,7 +14,7 @@
 #include "atlas/model/piecewise_model.h"
 #include "atlas/snapshot.h"
 #include "atlas/views/validity.h"
-#include "mesh/tick.h"
+#include "mesh/cancel_check.h"
 
 namespace lumatlas {
 
@@ -51,14 +51,17 @@ struct FormOptions {
   std::size_t listed_views = 200;
 };
 
-// Passes all files of the model to `put` but the tileset, whose text it returns. `tick` is called once for each view
-// and for the surface, also from several threads. Throws std::invalid_argument unless snapshot, options and texture
-// pass check(), InputError for a model that has more than 2^24 cells, or an offset or a camera too far from the scene.
+// Passes all files of the model to `put` but the tileset, whose text it returns. `cancel_check` is called once for each
+// view and for the surface, also from several threads. Throws std::invalid_argument unless snapshot, options and
+// texture pass check(), InputError for a model that has more than 2^24 cells, or an offset or a camera too far from the
+// scene.
 [[nodiscard]] std::string write_form(const Snapshot& snapshot, const ValidityOptions& validity,
-                                     const FormOptions& options, const PutFormFile& put, const Tick& tick = {});
+                                     const FormOptions& options, const PutFormFile& put,
+                                     const CancelCheck& cancel_check = {});
 // Does the same with a model whose surface comes in pieces, and holds one of them at a time. The pieces say which
 // chunks, textures and shares there are, instead of the options.
 [[nodiscard]] std::string write_form(const PiecewiseModel& given, const ValidityOptions& validity,
-                                     const FormOptions& options, const PutFormFile& put, const Tick& tick = {});
+                                     const FormOptions& options, const PutFormFile& put,
+                                     const CancelCheck& cancel_check = {});
 
 }  // namespace lumatlas

@@ -157,7 +157,7 @@ Cells measure_cells(const Mesh& mesh, std::vector<CellId> cell_of_face, double s
   return measured(mesh, face_geometry(mesh), std::move(cell_of_face), size);
 }
 
-Cells make_cells(const Mesh& mesh, const CellOptions& options, const Tick& tick) {
+Cells make_cells(const Mesh& mesh, const CellOptions& options, const CancelCheck& cancel_check) {
   check(options);
   check(mesh);
   const std::vector<FaceGeometry> geometry = face_geometry(mesh);
@@ -165,7 +165,7 @@ Cells make_cells(const Mesh& mesh, const CellOptions& options, const Tick& tick)
   const double size = size_for(mesh, geometry, options);
   std::vector<std::uint32_t> labels = options.partition == Partition::grid
                                           ? grid_labels(mesh, size)
-                                          : cluster_labels(mesh, geometry, size, options.normal_weight, tick);
+                                          : cluster_labels(mesh, geometry, size, options.normal_weight, cancel_check);
   number_by_first_face(labels);
   return measured(mesh, geometry, {labels.begin(), labels.end()}, size);
 }

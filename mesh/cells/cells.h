@@ -8,8 +8,8 @@
 #include <vector>
 
 #include "mesh/base/id.h"
+#include "mesh/cancel_check.h"
 #include "mesh/mesh.h"
-#include "mesh/tick.h"
 
 namespace lumatlas {
 
@@ -56,7 +56,7 @@ struct Cells {
 // edges: it ends at an edge where more than two faces meet, or two that turn against each other. A cluster much smaller
 // than the target remains only if it fits no neighbour. Throws std::invalid_argument for bad options, if the
 // mesh breaks a rule of mesh.h, or if the size is automatic and the faces have no area.
-[[nodiscard]] Cells make_cells(const Mesh& mesh, const CellOptions& options, const Tick& tick = {});
+[[nodiscard]] Cells make_cells(const Mesh& mesh, const CellOptions& options, const CancelCheck& cancel_check = {});
 
 // Returns the cells of a partition that is known already, with their statistics; `cell_of_face` numbers them. `size` is
 // passed on. Throws std::invalid_argument if the mesh breaks a rule of mesh.h, unless `cell_of_face` has one entry per

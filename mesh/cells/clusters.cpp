@@ -22,7 +22,7 @@ namespace lumatlas {
 
 namespace {
 
-constexpr std::size_t kFacesBetweenTicks = 1 << 16;  // some ten milliseconds
+constexpr std::size_t kFacesBetweenChecks = 1 << 16;  // some ten milliseconds
 
 // Position and direction of a cluster. Every cluster owns its seed face.
 struct Center {
@@ -67,10 +67,10 @@ std::vector<FaceId> shuffled_faces(std::size_t faces) {
 // is within kSpacing of a seed of its own component, so that both sides of a thin wall get theirs.
 class Seeding {
  public:
-  Seeding(const ClusterMesh& surface, const Metric& metric, const Tick& tick)
+  Seeding(const ClusterMesh& surface, const Metric& metric, const CancelCheck& cancel_check)
       : surface_(surface),
         metric_(metric),
-        tick_(tick, kFacesBetweenTicks),
+        cancel_check_(cancel_check, kFacesBetweenChecks),
         covered_(surface.size(), 0),
         visitor_(surface.size(), kNoCluster) {}
 
@@ -100,7 +100,7 @@ class Seeding {
     while (!stack_.empty()) {
       const FaceId face = stack_.back();
       stack_.pop_back();
-      tick_.step();
+      cancel_check_.step();
       covered_[face] = 1;
       surface_.for_each_neighbor(face, [&](FaceId next) {
         if (visitor_[next] == visit) return;
@@ -112,7 +112,7 @@ class Seeding {
 
   const ClusterMesh& surface_;
   const Metric& metric_;
-  TickEvery tick_;
+  CancelCheckEvery cancel_check_;
   std::vector<Center> centers_;
   std::vector<std::uint8_t> covered_;
   std::vector<std::uint32_t> visitor_;  // the last seed that came by
@@ -158,8 +158,8 @@ class BucketQueue {
 // Gives each face to the cluster that reaches it over faces of least cost (the dearest on the way counts), so that
 // every cluster is connected.
 std::vector<std::uint32_t> grow(const ClusterMesh& surface, const std::vector<Center>& centers, const Metric& metric,
-                                const Tick& tick) {
-  TickEvery now_and_then(tick, kFacesBetweenTicks);
+                                const CancelCheck& cancel_check) {
+  CancelCheckEvery now_and_then(cancel_check, kFacesBetweenChecks);
   std::vector<std::uint32_t> labels(surface.size(), kNoCluster);
   BucketQueue queue;
   for (std::uint32_t cluster = 0; cluster < centers.size(); ++cluster) queue.push(0, {centers[cluster].seed, cluster});
@@ -215,21 +215,21 @@ void recenter(const ClusterMesh& surface, const std::vector<std::uint32_t>& labe
 }  // namespace
 
 std::vector<std::uint32_t> cluster_labels(const Mesh& mesh, std::span<const FaceGeometry> geometry, double size,
-                                          double normal_weight, const Tick& tick) {
+                                          double normal_weight, const CancelCheck& cancel_check) {
   constexpr int kLloydSteps = 3;
   const ClusterMesh surface(mesh, geometry, size);
-  if (tick) tick();
+  check_cancelled(cancel_check);
   constexpr double kMostWeight = 1e30;  // more would be no float, and means no more
   const Metric metric{static_cast<float>(1 / size), static_cast<float>(std::min(normal_weight, kMostWeight))};
-  std::vector<Center> centers = Seeding(surface, metric, tick).run();
-  std::vector<std::uint32_t> labels = grow(surface, centers, metric, tick);
+  std::vector<Center> centers = Seeding(surface, metric, cancel_check).run();
+  std::vector<std::uint32_t> labels = grow(surface, centers, metric, cancel_check);
   for (int step = 0; step < kLloydSteps; ++step) {
-    if (tick) tick();
+    check_cancelled(cancel_check);
     recenter(surface, labels, metric, centers);
-    labels = grow(surface, centers, metric, tick);
+    labels = grow(surface, centers, metric, cancel_check);
   }
-  if (tick) tick();
-  merge_slivers(surface, size, labels, 0, tick);
+  check_cancelled(cancel_check);
+  merge_slivers(surface, size, labels, 0, cancel_check);
   return labels;
 }
 

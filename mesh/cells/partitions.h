@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "mesh/cells/cells.h"  // Tick
+#include "mesh/cancel_check.h"
 #include "mesh/face_geometry.h"
 #include "mesh/mesh.h"
 
@@ -17,6 +17,7 @@ namespace lumatlas {
 
 // Connected clusters of about size^2 each. `geometry` holds one per face.
 [[nodiscard]] std::vector<std::uint32_t> cluster_labels(const Mesh& mesh, std::span<const FaceGeometry> geometry,
-                                                        double size, double normal_weight, const Tick& tick = {});
+                                                        double size, double normal_weight,
+                                                        const CancelCheck& cancel_check = {});
 
 }  // namespace lumatlas

@@ -118,10 +118,10 @@ class EdgeHalving {
     for (const auto edge : mesh.edges()) enqueue_if_long(edge);
   }
 
-  void run(const Tick& tick) {
-    constexpr std::uint32_t kBetweenTicks = 1024;
+  void run(const CancelCheck& cancel_check) {
+    constexpr std::uint32_t kBetweenChecks = 1024;
     for (std::uint32_t taken = 0; !queue_.empty(); ++taken) {
-      if (tick && taken % kBetweenTicks == 0) tick();
+      if (cancel_check && taken % kBetweenChecks == 0) cancel_check();
       const auto [squared, negated_index] = queue_.top();
       queue_.pop();
       const auto edge = OpenMesh::make_smart(OpenMesh::EdgeHandle(-negated_index), mesh_);
@@ -178,14 +178,14 @@ class EdgeHalving {
 
 }  // namespace
 
-Mesh split_large_faces(const Mesh& mesh, double max_edge, const Tick& tick) {
+Mesh split_large_faces(const Mesh& mesh, double max_edge, const CancelCheck& cancel_check) {
   if (!(max_edge > 0) || std::isinf(max_edge)) refuse(max_edge, "finite and above 0");
   check(mesh);
   const Forecast expected = forecast(mesh, face_geometry(mesh), max_edge);
   if (!expected.any_long) return mesh;
   check_feasible(expected, max_edge);
   HalfedgeMesh halfedge_mesh = to_halfedge_mesh(mesh);
-  EdgeHalving(halfedge_mesh, max_edge).run(tick);
+  EdgeHalving(halfedge_mesh, max_edge).run(cancel_check);
   return from_halfedge_mesh(halfedge_mesh, !mesh.colors.empty());
 }
 

@@ -2,8 +2,8 @@
 // Splits faces that are larger than a cell.
 #pragma once
 
+#include "mesh/cancel_check.h"
 #include "mesh/mesh.h"
-#include "mesh/tick.h"
 
 namespace lumatlas {
 
@@ -18,6 +18,6 @@ namespace lumatlas {
 // Throws std::invalid_argument if the mesh breaks a rule of mesh.h; unless max_edge is finite, above 0 and at least
 // four times the float resolution of the positions to be split; and if the result would have more faces than half of
 // the machine's memory holds, at 400 bytes a face.
-[[nodiscard]] Mesh split_large_faces(const Mesh& mesh, double max_edge, const Tick& tick = {});
+[[nodiscard]] Mesh split_large_faces(const Mesh& mesh, double max_edge, const CancelCheck& cancel_check = {});
 
 }  // namespace lumatlas

@@ -43,7 +43,7 @@ constexpr std::size_t kMostForAllTriangles = 250;
 // has where it has not.
 constexpr std::size_t kMostEdgesLookedAt = 10;
 constexpr std::size_t kMostForDelaunay = 3000;  // vertices of a loop; the depth of CGAL's recursion grows with them
-constexpr std::size_t kStepsBetweenTicks = 256;
+constexpr std::size_t kStepsBetweenChecks = 256;
 constexpr double kRimShare = 0.5;  // a loop of at least this share of its component's diagonal is the component's rim
 
 std::uint64_t edge_key(std::uint32_t a, std::uint32_t b) {
@@ -162,23 +162,24 @@ bool has_area(const Mesh& mesh, const glm::uvec3& face) {
 
 struct TakesTooLong {};
 
-// Follows CGAL's steps, so that a tick may end them, and ends them itself where they are too many. CGAL copies it.
+// Follows CGAL's steps, so that the cancel check may end them, and ends them itself where they are too many. CGAL
+// copies it.
 struct FillingSteps : CGAL::Polygon_mesh_processing::Hole_filling::Default_visitor {
-  FillingSteps(const Tick& called, TickEvery& among_many, std::size_t& left)
-      : tick(called), ticks(&among_many), steps_left(&left) {}
+  FillingSteps(const CancelCheck& called, CancelCheckEvery& among_many, std::size_t& left)
+      : cancel_check(called), checks(&among_many), steps_left(&left) {}
   void quadratic_step() const {  // an edge of the Delaunay triangulation, and all triangles at it
-    if (tick) tick();
+    check_cancelled(cancel_check);
     if ((*steps_left)-- == 0) throw TakesTooLong();
   }
-  void cubic_step() const { ticks->step(); }  // one triangle
-  const Tick& tick;
-  TickEvery* ticks;
+  void cubic_step() const { checks->step(); }  // one triangle
+  const CancelCheck& cancel_check;
+  CancelCheckEvery* checks;
   std::size_t* steps_left;
 };
 
 // The faces, as indices into the loop, that are best by CGAL's measures; none where it finds none, or is not tried
 // because it would take too long.
-std::vector<glm::uvec3> best_faces(const std::vector<glm::dvec3>& positions, const Tick& tick) {
+std::vector<glm::uvec3> best_faces(const std::vector<glm::dvec3>& positions, const CancelCheck& cancel_check) {
   if (positions.size() > kMostForDelaunay) return {};
   const bool is_small = positions.size() <= kMostForAllTriangles;
   std::vector<Kernel::Point_3> points;
@@ -186,9 +187,9 @@ std::vector<glm::uvec3> best_faces(const std::vector<glm::dvec3>& positions, con
   for (const glm::dvec3& position : positions) points.emplace_back(position.x, position.y, position.z);
   using Triangle = CGAL::Triple<int, int, int>;
   std::vector<Triangle> triangles;
-  TickEvery ticks(tick, kStepsBetweenTicks);
+  CancelCheckEvery checks(cancel_check, kStepsBetweenChecks);
   std::size_t left = is_small ? std::numeric_limits<std::size_t>::max() : kMostEdgesLookedAt * positions.size();
-  FillingSteps steps(tick, ticks, left);
+  FillingSteps steps(cancel_check, checks, left);
   try {
     CGAL::Polygon_mesh_processing::triangulate_hole_polyline(
         points, std::back_inserter(triangles),
@@ -210,8 +211,8 @@ std::vector<glm::uvec3> best_faces(const std::vector<glm::dvec3>& positions, con
 }
 
 // Returns the best faces that fill a loop, or, where there are none, those of the loop as it is seen along an axis.
-std::vector<glm::uvec3> faces_within(const std::vector<glm::dvec3>& positions, const Tick& tick) {
-  std::vector<glm::uvec3> faces = best_faces(positions, tick);
+std::vector<glm::uvec3> faces_within(const std::vector<glm::dvec3>& positions, const CancelCheck& cancel_check) {
+  std::vector<glm::uvec3> faces = best_faces(positions, cancel_check);
   if (faces.size() == positions.size() - 2) return faces;
   std::vector<std::uint32_t> corners(positions.size());
   std::iota(corners.begin(), corners.end(), 0u);
@@ -222,11 +223,11 @@ using Edges = std::unordered_set<std::uint64_t>;
 
 // Returns nothing if there is no patch that the mesh can take.
 std::optional<std::vector<glm::uvec3>> patch_for(const Mesh& mesh, const Loop& loop, const Edges& edges,
-                                                 const Tick& tick) {
+                                                 const CancelCheck& cancel_check) {
   std::vector<glm::dvec3> positions;
   positions.reserve(loop.size());
   for (const std::uint32_t vertex : loop) positions.emplace_back(mesh.positions[vertex]);
-  std::vector<glm::uvec3> patch = faces_within(positions, tick);
+  std::vector<glm::uvec3> patch = faces_within(positions, cancel_check);
   if (patch.size() != loop.size() - 2) return std::nullopt;
   for (glm::uvec3& face : patch) {
     face = {loop[face.x], loop[face.y], loop[face.z]};
@@ -271,7 +272,7 @@ Edges edges_between(const Mesh& mesh, const std::vector<Loop>& loops) {
 
 }  // namespace
 
-ClosedHoles close_holes(const Mesh& mesh, double largest, const Tick& tick) {
+ClosedHoles close_holes(const Mesh& mesh, double largest, const CancelCheck& cancel_check) {
   if (!(std::isfinite(largest) && largest >= 0)) {
     throw std::invalid_argument("holes: largest is " + number_text(largest) + ", must be finite and not negative");
   }
@@ -281,8 +282,8 @@ ClosedHoles close_holes(const Mesh& mesh, double largest, const Tick& tick) {
   Edges edges = edges_between(mesh, loops);
   std::vector<glm::uvec3> added;
   for (const Loop& loop : loops) {
-    if (tick) tick();
-    const auto patch = patch_for(mesh, loop, edges, tick);
+    check_cancelled(cancel_check);
+    const auto patch = patch_for(mesh, loop, edges, cancel_check);
     if (!patch) continue;
     for (const glm::uvec3& face : *patch) {
       for (int i = 0; i < 3; ++i) edges.insert(edge_key(face[i], face[(i + 1) % 3]));

@@ -4,8 +4,8 @@
 
 #include <cstdint>
 
+#include "mesh/cancel_check.h"
 #include "mesh/mesh.h"
-#include "mesh/tick.h"
 
 namespace lumatlas {
 
@@ -21,8 +21,8 @@ struct ClosedHoles {
 // the largest angle between neighbouring faces, then in area. Up to 250 edges all faces are tried, up to 3000 those of
 // a Delaunay triangulation. A hole without such a patch is filled as it is seen along the axis in which it is largest.
 // Throws std::invalid_argument unless `largest` is finite and not negative and the mesh passes check(); boundary that
-// branches, as no mesh of repair() has it, is left alone. `tick` is called for each hole, and often while one is
-// filled.
-[[nodiscard]] ClosedHoles close_holes(const Mesh& mesh, double largest, const Tick& tick = {});
+// branches, as no mesh of repair() has it, is left alone. `cancel_check` is called for each hole, and often while one
+// is filled.
+[[nodiscard]] ClosedHoles close_holes(const Mesh& mesh, double largest, const CancelCheck& cancel_check = {});
 
 }  // namespace lumatlas

@@ -233,10 +233,8 @@ Mesh to_mesh(const WorkingSoup& work, const TriangleSoup& soup) {
 
 }  // namespace
 
-RepairedMesh repair(const TriangleSoup& soup, const glm::dvec3& offset, const Tick& tick) {
-  const auto between_steps = [&] {
-    if (tick) tick();
-  };
+RepairedMesh repair(const TriangleSoup& soup, const glm::dvec3& offset, const CancelCheck& cancel_check) {
+  const auto between_steps = [&] { check_cancelled(cancel_check); };
   check(soup, offset);
   RepairReport report;
   WorkingSoup work = finite_part(soup, offset, report);

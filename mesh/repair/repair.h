@@ -6,8 +6,8 @@
 #include <cstdint>
 #include <glm/vec3.hpp>
 
+#include "mesh/cancel_check.h"
 #include "mesh/mesh.h"
-#include "mesh/tick.h"
 
 namespace lumatlas {
 
@@ -32,13 +32,14 @@ struct RepairedMesh {
   RepairReport report;
 };
 
-// `offset` is subtracted from every position in double precision before it becomes a float.
-// Within a connected component the orientation that most of its faces had is kept; a one-sided one is cut along edges
-// at which its faces turned against each other. A merged vertex has the colour of the first. Faces keep their order. A
-// soup that needs no repair keeps the order of its vertices and faces. Throws InputError if no face is left,
-// std::invalid_argument if the soup breaks its own rules (mesh.h: colours, and faces that refer to no position), has
-// more than 5e8 faces or positions, or the offset is not finite. `tick` is called between the steps; a step takes less
-// than a second for a million faces.
-[[nodiscard]] RepairedMesh repair(const TriangleSoup& soup, const glm::dvec3& offset, const Tick& tick = {});
+// `offset` is subtracted from every position in double precision before it becomes a float. Within a connected
+// component the orientation that most of its faces had is kept; a one-sided one is cut along edges at which its faces
+// turned against each other. A merged vertex has the colour of the first. Faces keep their order. A soup that needs no
+// repair keeps the order of its vertices and faces. Throws InputError if no face is left, std::invalid_argument if the
+// soup breaks its own rules (mesh.h: colours, and faces that refer to no position), has more than 5e8 faces or
+// positions, or the offset is not finite. `cancel_check` is called between the steps; a step takes less than a second
+// for a million faces.
+[[nodiscard]] RepairedMesh repair(const TriangleSoup& soup, const glm::dvec3& offset,
+                                  const CancelCheck& cancel_check = {});
 
 }  // namespace lumatlas

@@ -41,9 +41,9 @@ class SliverMerger {
   SliverMerger(const ClusterMesh& surface, double size, std::vector<std::uint32_t>& labels, std::uint32_t first)
       : surface_(surface), size_(size), labels_(labels), first_(first) {}
 
-  void run(const Tick& tick) {
-    constexpr std::size_t kSliversBetweenTicks = 1024;
-    TickEvery now_and_then(tick, kSliversBetweenTicks);
+  void run(const CancelCheck& cancel_check) {
+    constexpr std::size_t kSliversBetweenChecks = 1024;
+    CancelCheckEvery now_and_then(cancel_check, kSliversBetweenChecks);
     gather();
     Queue slivers;
     for (std::uint32_t i = 0; i < clusters_.size(); ++i) enqueue_if_small(i, slivers);
@@ -147,8 +147,8 @@ class SliverMerger {
 }  // namespace
 
 void merge_slivers(const ClusterMesh& surface, double size, std::vector<std::uint32_t>& labels, std::uint32_t first,
-                   const Tick& tick) {
-  SliverMerger(surface, size, labels, first).run(tick);
+                   const CancelCheck& cancel_check) {
+  SliverMerger(surface, size, labels, first).run(cancel_check);
 }
 
 }  // namespace lumatlas

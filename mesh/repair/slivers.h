@@ -5,8 +5,8 @@
 #include <cstdint>
 #include <vector>
 
+#include "mesh/cancel_check.h"
 #include "mesh/cells/cluster_mesh.h"
-#include "mesh/tick.h"
 
 namespace lumatlas {
 
@@ -14,6 +14,6 @@ namespace lumatlas {
 // faces one way; a cluster without such a neighbour stays. `labels` holds a cluster for each face. Labels below `first`
 // may absorb neighbours from `first` on, and are never absorbed.
 void merge_slivers(const ClusterMesh& surface, double size, std::vector<std::uint32_t>& labels, std::uint32_t first = 0,
-                   const Tick& tick = {});
+                   const CancelCheck& cancel_check = {});
 
 }  // namespace lumatlas

@@ -63,7 +63,7 @@ void look_at(const MeshPiece& piece, std::size_t first_face, std::span<const Cam
 
 void look_at_pieces(const std::vector<MeshPiece>& pieces, std::span<const Camera> cameras, std::uint64_t picture_bytes,
                     const std::function<void(std::size_t camera, const VisibilityBuffer& seen)>& use,
-                    const Tick& tick) {
+                    const CancelCheck& cancel_check) {
   for (const Camera& camera : cameras) check(camera);
   for (std::size_t first = 0; first < cameras.size();) {
     std::uint64_t bytes = 0;
@@ -76,7 +76,7 @@ void look_at_pieces(const std::vector<MeshPiece>& pieces, std::span<const Camera
     }
     std::size_t first_face = 0;
     for (const MeshPiece& piece : pieces) {
-      if (tick) tick();
+      check_cancelled(cancel_check);
       look_at(piece, first_face, cameras.subspan(first, pictures.size()), pictures);
       first_face += piece.faces;
     }

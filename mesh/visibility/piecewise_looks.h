@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "mesh/camera.h"
+#include "mesh/cancel_check.h"
 #include "mesh/mesh.h"
-#include "mesh/tick.h"
 #include "mesh/visibility/visibility.h"
 
 namespace lumatlas {
@@ -26,9 +26,9 @@ struct MeshPiece {
 // two faces of different pieces are at the same depth, that of the earlier piece is seen. Holds one piece, and the
 // pictures of as many cameras as take at most `picture_bytes`, or of one: for these each piece is loaded once that one
 // of them may show, so that cameras which follow each other should be near each other. The same for any number of
-// threads. `tick` is called between pieces. Throws std::invalid_argument for a bad camera.
+// threads. `cancel_check` is called between pieces. Throws std::invalid_argument for a bad camera.
 void look_at_pieces(const std::vector<MeshPiece>& pieces, std::span<const Camera> cameras, std::uint64_t picture_bytes,
                     const std::function<void(std::size_t camera, const VisibilityBuffer& seen)>& use,
-                    const Tick& tick = {});
+                    const CancelCheck& cancel_check = {});
 
 }  // namespace lumatlas

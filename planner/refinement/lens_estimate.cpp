@@ -30,7 +30,7 @@ class Estimator {
   Estimator(const JointInput& input, const LensOptions& options)
       : least_improvement_(options.least_improvement),
         most_operations_(options.most_operations),
-        solver_(input, {options.alignment, options.most_points, options.interruption_point}) {
+        solver_(input, {options.alignment, options.most_points, options.cancel_check}) {
     for (const std::vector<ViewSlot>& slots : solver_.slots_of_lenses()) lenses_.emplace_back().slots = slots;
     most_improvement_.assign(lenses_.size(), 0);
   }

@@ -22,8 +22,8 @@
 #include <vector>
 
 #include "atlas/atlas.h"
+#include "mesh/cancel_check.h"
 #include "mesh/lens_correction.h"
-#include "planner/interruption.h"
 #include "planner/refinement/joint/joint_cost.h"
 #include "planner/refinement/median_colors.h"
 #include "planner/refinement/surface_samples.h"
@@ -76,7 +76,7 @@ struct LensOptions {
   std::size_t most_points = std::numeric_limits<std::size_t>::max();
   std::size_t most_operations = kMostStepOperations;  // see PoseOptions::most_operations
   double least_improvement = 0.01;                    // share of the residual, (0, 1): see LensEstimate::significant
-  InterruptionPoint interruption_point = {};
+  CancelCheck cancel_check = {};
 };
 
 // `views`, `given` (the poses that the views came with) and `samples` by slot: the points at which the view there is

@@ -26,7 +26,7 @@ PoseEstimate estimate_poses(const Atlas& atlas, std::span<const std::optional<Co
   pose_estimate_requires(options.most_points >= 1, "most_points", 0, "at least 1");
   const JointInput input{atlas, views, given, samples};
   check(input, pose_estimate_requires);
-  JointSolver solver(input, {options.alignment, options.most_points, options.interruption_point});
+  JointSolver solver(input, {options.alignment, options.most_points, options.cancel_check});
   PoseEstimate result;
   result.cameras = solver.state().cameras;
   result.too_large = solver.takes_more_than(options.most_operations);

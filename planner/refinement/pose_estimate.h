@@ -11,7 +11,7 @@
 
 #include "atlas/atlas.h"
 #include "mesh/camera.h"
-#include "planner/interruption.h"
+#include "mesh/cancel_check.h"
 #include "planner/refinement/joint/joint_cost.h"
 #include "planner/refinement/median_colors.h"
 #include "planner/refinement/surface_samples.h"
@@ -24,7 +24,7 @@ struct PoseOptions {
   std::size_t most_points = std::numeric_limits<std::size_t>::max();
   // On tiles of the normal equations, for each step. Time grows with it: see kMostStepOperations.
   std::size_t most_operations = kMostStepOperations;
-  InterruptionPoint interruption_point = {};
+  CancelCheck cancel_check = {};
 };
 
 struct PoseEstimate {

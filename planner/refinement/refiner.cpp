@@ -204,7 +204,7 @@ VisibilityBuffer Refiner::near_sight(const Camera& camera) const {
 
 Refinement Refiner::compare(const Camera& given, const Camera& start, const Pyramid& photograph,
                             std::span<const SurfaceSample> samples, std::optional<ViewSlot> slot) const {
-  may_interrupt(options_.interruption_point);
+  check_cancelled(options_.cancel_check);
   AlignmentOptions alignment = options_.alignment;
   if (slot) {
     alignment.levels = options_.polish_levels;
@@ -356,7 +356,7 @@ void Refiner::refresh(ViewSlot slot) {
 }
 
 void Refiner::mask(ViewSlot slot) {
-  may_interrupt(options_.interruption_point);
+  check_cancelled(options_.cancel_check);
   const ComparedView& view = *views_[slot];
   const Camera& camera = view.camera;
   masked_with_[slot] = neighbours_[slot];
@@ -369,7 +369,7 @@ void Refiner::mask(ViewSlot slot) {
 void Refiner::publish_refined() {
   for (ViewSlot slot{0}; slot < views_.size(); ++slot) {
     if (!views_[slot]) continue;
-    may_interrupt(options_.interruption_point);
+    check_cancelled(options_.cancel_check);
     if (options_.trust.enabled) mask(slot);
     const ComparedView& view = *views_[slot];
     if (!same_pose(view.camera, view.view->camera)) replace(slot, view.view->mask->trust.all());
@@ -438,7 +438,7 @@ std::vector<std::vector<SurfaceSample>> Refiner::all_samples() const {
   std::vector<std::vector<SurfaceSample>> samples(views_.size());
   tbb::parallel_for(std::size_t{0}, views_.size(), [&](std::size_t slot) {
     if (!views_[slot]) return;
-    may_interrupt(options_.interruption_point);
+    check_cancelled(options_.cancel_check);
     const Camera& camera = views_[slot]->camera;
     const bool chosen = samples_[slot] && same_pose(samples_[slot]->camera, camera);
     samples[slot] = chosen ? samples_[slot]->samples : samples_of(ViewSlot(static_cast<std::uint32_t>(slot)));
@@ -450,7 +450,7 @@ PoseEstimate Refiner::solve_poses(std::size_t most_points) {
   if (!options_.alignment.pose) return {};
   PoseEstimate estimate = estimate_poses(
       atlas_, views_, given_, all_samples(),
-      {.alignment = options_.alignment, .most_points = most_points, .interruption_point = options_.interruption_point});
+      {.alignment = options_.alignment, .most_points = most_points, .cancel_check = options_.cancel_check});
   if (!estimate.improves()) return estimate;
   std::vector<std::pair<Camera, Camera>> given_and_refined;
   for (ViewSlot slot{0}; slot < views_.size(); ++slot) {
@@ -460,7 +460,7 @@ PoseEstimate Refiner::solve_poses(std::size_t most_points) {
   const RigidMotion common = common_motion(given_and_refined, depth);
   for (ViewSlot slot{0}; slot < views_.size(); ++slot) {
     if (!views_[slot]) continue;
-    may_interrupt(options_.interruption_point);
+    check_cancelled(options_.cancel_check);
     const Camera camera = without(common, estimate.cameras[slot]);
     const double most_px = options_.alignment.max_move * std::max(camera.width, camera.height);
     if (shift_px(views_[slot]->camera, camera, depth) < options_.alignment.least_move_px) continue;
@@ -471,7 +471,7 @@ PoseEstimate Refiner::solve_poses(std::size_t most_points) {
 
 LensEstimates Refiner::estimate_lenses(const LensOptions& options) const {
   LensOptions interruptible = options;
-  if (!interruptible.interruption_point) interruptible.interruption_point = options_.interruption_point;
+  if (!interruptible.cancel_check) interruptible.cancel_check = options_.cancel_check;
   interruptible.alignment = options_.alignment;
   return lumatlas::estimate_lenses(atlas_, views_, given_, all_samples(), interruptible);
 }
@@ -493,7 +493,7 @@ void Refiner::correct_lenses(const LensEstimates& estimates, const CorrectedPhot
   for (const LensEstimate& lens : estimates.lenses) {
     for (const ViewSlot slot : lens.slots) {
       if (!lens.significant) break;
-      may_interrupt(options_.interruption_point);
+      check_cancelled(options_.cancel_check);
       const std::shared_ptr<const StoredView> old = views_[slot]->view;
       Photograph photograph = corrected(slot, old->name);
       require_photograph_of(old->name, old->camera, photograph);
@@ -521,7 +521,7 @@ void Refiner::compare_exposures() {
   std::vector<std::vector<ExposureRatio>> ratios(views_.size());
   tbb::parallel_for(std::size_t{0}, views_.size(), [&](std::size_t slot) {
     if (!views_[slot]) return;
-    may_interrupt(options_.interruption_point);
+    check_cancelled(options_.cancel_check);
     ratios[slot] = median_colors(views_[slot]->camera, views_[slot]->pyramid, samples_[slot]->samples, atlas_, views_,
                                  ViewSlot(static_cast<std::uint32_t>(slot)), ratios_alone)
                        .ratios;
@@ -537,7 +537,7 @@ std::optional<PolishStep> Refiner::found_in_place() {
   std::vector<std::optional<Refinement>> refinements(views_.size());
   tbb::parallel_for(std::size_t{0}, views_.size(), [&](std::size_t slot) {
     if (!views_[slot]) return;
-    may_interrupt(options_.interruption_point);
+    check_cancelled(options_.cancel_check);
     const ViewSlot self(static_cast<std::uint32_t>(slot));
     choose_samples(self);
     refinements[slot] = look_at(given_[slot], views_[slot]->pyramid, samples_[slot]->samples, self);
@@ -558,7 +558,7 @@ PolishStep Refiner::polish() {
   std::vector<std::optional<Refinement>> refinements(views_.size());
   tbb::parallel_for(std::size_t{0}, views_.size(), [&](std::size_t slot) {
     if (!views_[slot]) return;
-    may_interrupt(options_.interruption_point);
+    check_cancelled(options_.cancel_check);
     refinements[slot] = compare_again(ViewSlot(static_cast<std::uint32_t>(slot)));
   });
   for (const std::optional<Refinement>& refinement : refinements) compared_in_full_ += refinement.has_value();
@@ -576,7 +576,7 @@ PolishStep Refiner::polish() {
   const RigidMotion common = corrected ? common_motion(given_and_refined, depth) : RigidMotion{};
   for (ViewSlot slot{0}; slot < views_.size(); ++slot) {
     if (!refinements[slot]) continue;
-    may_interrupt(options_.interruption_point);
+    check_cancelled(options_.cancel_check);
     exposures_.set(slot, refinements[slot]->ratios);
     const Camera camera = without(common, refinements[slot]->alignment.camera);
     // Nothing is made anew of a view that stays where it is.

@@ -13,9 +13,9 @@
 #include <vector>
 
 #include "atlas/atlas.h"
+#include "mesh/cancel_check.h"
 #include "mesh/visibility/visibility.h"
 #include "planner/coverage/seen_faces.h"
-#include "planner/interruption.h"
 #include "planner/refinement/alignment.h"
 #include "planner/refinement/exposure_graph.h"
 #include "planner/refinement/lens_estimate.h"
@@ -50,7 +50,7 @@ struct RefinementOptions {
   double least_views = 1;  // but only where that many other views, in the mean, show each of its points
   // Called by polish(), solve_poses(), publish_refined(), estimate_lenses(), correct_lenses() and Pruning between one
   // view and the next. If it throws, some views may have been changed and others not; each is as consistent as before.
-  InterruptionPoint interruption_point = {};
+  CancelCheck cancel_check = {};
   // Returns the gain of the view of that name, which it then keeps: exposures that were balanced elsewhere, for example
   // over all blocks of a city. Empty: stored views are balanced among each other.
   std::function<glm::dvec3(const std::string& name)> given_gain = {};

@@ -338,7 +338,7 @@ SurfaceDeviation surface_deviation(const Snapshot& snapshot, const DeviationOpti
   const std::vector<std::vector<std::uint32_t>> faces = faces_by_cell(surface);
   std::vector<std::vector<double>> distances(faces.size());
   tbb::parallel_for(std::size_t{0}, faces.size(), [&](std::size_t cell) {
-    may_interrupt(options.interruption_point);
+    check_cancelled(options.cancel_check);
     distances[cell] = distances_off(snapshot, cell, faces[cell], options);
   });
   SurfaceDeviation result{std::vector<float>(surface.cells.cells.size(), 0.0f),

@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "atlas/snapshot.h"
-#include "planner/interruption.h"
+#include "mesh/cancel_check.h"
 
 namespace lumatlas {
 
@@ -25,7 +25,7 @@ struct DeviationOptions {
   double most_angle_deg = 25;      // more shows the patch too differently, (least_angle_deg, 90)
   double least_correlation = 0.6;  // from which two patches show the same, (0, 1]
   double least_contrast = 4;       // standard deviation of a patch that has texture, of 255, > 0
-  InterruptionPoint interruption_point;
+  CancelCheck cancel_check;
 };
 
 // Throws std::invalid_argument naming the field, its value and the rule that it breaks.

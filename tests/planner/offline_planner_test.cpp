@@ -186,18 +186,18 @@ TEST_CASE("the offline choice is the same on one thread as on many, and of equal
   CHECK(single.views.front() < 40);
 }
 
-TEST_CASE("planning offline comes by its interruption point at each view, and what is thrown there ends it") {
+TEST_CASE("planning offline calls its cancel check at each view, and what that throws ends it") {
   std::mt19937 random(17);
   OfflineOptions options = offline_options(CoverageOptions::Metric::directions);
   const Views views = random_views(random, 20, 50);
   std::size_t calls = 0;
-  options.interruption_point = [&] { ++calls; };
+  options.cancel_check = [&] { ++calls; };
   const OfflineChoice choice = plan_offline(room(), views, 4, options);
   // Each view asks and is evaluated, and those that are not chosen are tried again in each pass.
   CHECK(calls == 20 + choice.evaluations + 16 * choice.exchanges.size());
   for (std::size_t last = 1; last <= calls; last += 7) {
     std::size_t now = 0;
-    options.interruption_point = [&] {
+    options.cancel_check = [&] {
       if (++now == last) throw std::runtime_error("enough");
     };
     CHECK_THROWS_WITH(plan_offline(room(), views, 4, options), "enough");

@@ -49,10 +49,10 @@ class TexturedOutput {
     }
   }
 
-  TextureFacts write(const TexturedMesh& mesh, const TexturedFileOptions& options, const Tick& tick) {
-    if (file_) return write_textured_glb(file_->stream(), mesh, options, tick);
+  TextureFacts write(const TexturedMesh& mesh, const TexturedFileOptions& options, const CancelCheck& cancel_check) {
+    if (file_) return write_textured_glb(file_->stream(), mesh, options, cancel_check);
     const auto write = form_ == ExportForm::gltf ? write_textured_gltf : write_textured_obj;
-    return write(folder_->path(), mesh, options, tick);
+    return write(folder_->path(), mesh, options, cancel_check);
   }
 
   void commit(const json& effective) {
@@ -97,7 +97,7 @@ json web_json(const json& effective, const fs::path& output, const SiteFacts& fa
           {"time_ms", {{"total", total_ms}}}};
 }
 
-Tick ticks_of(const StageProgress& progress, const std::string& stage, std::size_t ticks) {
+CancelCheck ticks_of(const StageProgress& progress, const std::string& stage, std::size_t ticks) {
   return [one = progress(stage, ticks)] { one(1); };
 }
 
@@ -111,16 +111,16 @@ json export_page(const Model& model, const fs::path& file, const fs::path& outpu
   site.page_file = read_page_file(file);
   site.validity = model.validity;
   site.photographs = options.photographs;
-  const Tick tick = ticks_of(progress, "page: photographs", site_ticks(snapshot));
+  const CancelCheck cancel_check = ticks_of(progress, "page: photographs", site_ticks(snapshot));
   SiteFacts facts;
   if (output.extension() == ".html") {
     check_replaceable_page(output);
     AtomicFile page(output);
-    facts = write_one_page(page.stream(), snapshot, site, tick);
+    facts = write_one_page(page.stream(), snapshot, site, cancel_check);
     page.commit();
   } else {
     OutputFolder folder(output, "export");
-    facts = write_site_folder(folder.path(), snapshot, site, tick);
+    facts = write_site_folder(folder.path(), snapshot, site, cancel_check);
     folder.commit(effective);
   }
   return web_json(effective, output, facts, ms_since(start));

@@ -74,7 +74,7 @@ void restrict(RefinementOptions& refinement, RefineMode mode) {
   refinement.alignment.exposure = refinement.alignment.exposure && (masks || mode == RefineMode::exposure);
   refinement.alignment.pose = refinement.alignment.pose && (masks || mode == RefineMode::pose);
   refinement.trust.enabled = refinement.trust.enabled && masks;
-  refinement.interruption_point = between_steps;
+  refinement.cancel_check = between_steps;
 }
 
 OfflinePlan plan_with_hindsight(const Planner& planner, Atlas& atlas, const Stream& stream,
@@ -96,7 +96,7 @@ OfflinePlan plan_with_hindsight(const Planner& planner, Atlas& atlas, const Stre
   plan.choice = plan_offline(*atlas.surface(), parts, atlas.capacity(),
                              {.coverage = options.coverage,
                               .min_reference_gain = options.min_reference_gain,
-                              .interruption_point = throw_if_interrupted});
+                              .cancel_check = throw_if_interrupted});
   plan.choose_ms = ms_since(start);
   return plan;
 }
@@ -157,7 +157,7 @@ void take_snapshot(Atlas& atlas, const std::optional<GpuBudget>& budget, BuildRe
 void measure_deviation(const Visibility& visibility, const BuildCallback& callback, BuildResult& result) {
   if (!result.options.measure_deviation) return;
   BuildStage stage(callback, "comparing photographs on the surface", 0);
-  SurfaceDeviation deviation = surface_deviation(result.snapshot, {.interruption_point = between_steps});
+  SurfaceDeviation deviation = surface_deviation(result.snapshot, {.cancel_check = between_steps});
   if (deviation.any_measured()) {
     result.trust = trust_shares(result.snapshot, deviation, visibility);
     result.snapshot.cell_deviation = std::move(deviation.of_cell);

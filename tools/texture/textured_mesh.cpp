@@ -116,13 +116,13 @@ std::size_t TexturedMesh::ticks() const {
   return rounds * PlacedPhotographs::count(snapshot_, offered_);
 }
 
-TextureFacts TexturedMesh::bake(const PageSink& sink, const Tick& tick) const {
-  TextureFacts facts = offered_.list.empty() ? bake_stored(sink, tick) : bake_offered(sink, tick);
+TextureFacts TexturedMesh::bake(const PageSink& sink, const CancelCheck& cancel_check) const {
+  TextureFacts facts = offered_.list.empty() ? bake_stored(sink, cancel_check) : bake_offered(sink, cancel_check);
   facts.texels_per_pixel = options_.texels_per_pixel * layout_.scale;
   return facts;
 }
 
-TextureFacts TexturedMesh::bake_stored(const PageSink& sink, const Tick& tick) const {
+TextureFacts TexturedMesh::bake_stored(const PageSink& sink, const CancelCheck& cancel_check) const {
   SurfacePlaces places(snapshot_);
   if (options_.color.exposure == ColorOptions::Exposure::nearby) {
     ExposureField field(mesh());
@@ -156,7 +156,7 @@ TextureFacts TexturedMesh::bake_stored(const PageSink& sink, const Tick& tick) c
       // Small blocks, so that what views show of one stays in the processor's cache.
       tbb::parallel_for(tbb::blocked_range2d<std::uint32_t>(0, place.height, 16, 0, place.width, 16), color_block,
                         tbb::simple_partitioner());
-      if (tick) tick();
+      check_cancelled(cancel_check);
     };
     tbb::parallel_for(std::size_t{0}, on_page.size(), color_chart);
     sink(page, filled.finish());
@@ -164,7 +164,7 @@ TextureFacts TexturedMesh::bake_stored(const PageSink& sink, const Tick& tick) c
   return {.texels = texels, .unseen_texels = unseen_texels, .photographs = views_.views.size()};
 }
 
-TextureFacts TexturedMesh::bake_offered(const PageSink& sink, const Tick& tick) const {
+TextureFacts TexturedMesh::bake_offered(const PageSink& sink, const CancelCheck& cancel_check) const {
   SurfacePlaces places(snapshot_);
   const SurfaceColors stored(places, views_, options_.color);
   const GatheredOn on{places, charts_, layout_, options_.color};
@@ -175,7 +175,7 @@ TextureFacts TexturedMesh::bake_offered(const PageSink& sink, const Tick& tick) 
     consensus.add(view);
     field.add(view);
   };
-  photographs.each(first_look, tick);
+  photographs.each(first_look, cancel_check);
   consensus.finish_round();
   if (options_.color.exposure == ColorOptions::Exposure::nearby) places.set_exposures(field.factors());
   TextureFacts facts{.photographs = photographs.used(), .outliers = photographs.outliers()};
@@ -183,7 +183,7 @@ TextureFacts TexturedMesh::bake_offered(const PageSink& sink, const Tick& tick) 
     FilledPage filled(layout_.side_px);
     for (std::vector<std::uint32_t>& charts : batches_on(page)) {
       DetailMap details(on, consensus, std::move(charts));
-      photographs.each([&](const TextureView& view) { details.add(view); }, tick);
+      photographs.each([&](const TextureView& view) { details.add(view); }, cancel_check);
       const DetailMap::Counts counts = details.color(filled);
       facts.texels += counts.texels;
       facts.unseen_texels += counts.unseen_texels;

@@ -9,7 +9,7 @@
 
 #include "atlas/images/photograph.h"
 #include "atlas/snapshot.h"
-#include "mesh/cells/cells.h"  // Tick
+#include "mesh/cancel_check.h"
 #include "tools/texture/layout/charts.h"
 #include "tools/texture/layout/texture_layout.h"
 #include "tools/texture/placed_photographs.h"
@@ -53,14 +53,15 @@ class TexturedMesh {
   [[nodiscard]] const TextureLayout& layout() const { return layout_; }
   [[nodiscard]] const std::vector<std::uint32_t>& chart_of_face() const { return chart_of_face_; }
 
-  // The pages in order, sRGB. `tick` is called ticks() times, from any thread. Throws what reading photographs does.
+  // The pages in order, sRGB. `cancel_check` is called ticks() times, from any thread. Throws what reading photographs
+  // does.
   using PageSink = std::function<void(std::uint32_t page, const Photograph& picture)>;
-  TextureFacts bake(const PageSink& sink, const Tick& tick = {}) const;
+  TextureFacts bake(const PageSink& sink, const CancelCheck& cancel_check = {}) const;
   [[nodiscard]] std::size_t ticks() const;
 
  private:
-  [[nodiscard]] TextureFacts bake_stored(const PageSink& sink, const Tick& tick) const;
-  [[nodiscard]] TextureFacts bake_offered(const PageSink& sink, const Tick& tick) const;
+  [[nodiscard]] TextureFacts bake_stored(const PageSink& sink, const CancelCheck& cancel_check) const;
+  [[nodiscard]] TextureFacts bake_offered(const PageSink& sink, const CancelCheck& cancel_check) const;
   [[nodiscard]] std::vector<std::uint32_t> charts_on(std::uint32_t page) const;
   // Charts of a page whose texels are gathered together.
   [[nodiscard]] std::vector<std::vector<std::uint32_t>> batches_on(std::uint32_t page) const;

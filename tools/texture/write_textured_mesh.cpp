@@ -235,7 +235,7 @@ void write_material_library(const std::filesystem::path& folder, std::uint32_t p
 }  // namespace
 
 TextureFacts write_textured_gltf(const std::filesystem::path& folder, const TexturedMesh& mesh,
-                                 const TexturedFileOptions& options, const Tick& tick) {
+                                 const TexturedFileOptions& options, const CancelCheck& cancel_check) {
   check(options);
   GltfDocument gltf(options);
   std::uint32_t number = 0;
@@ -246,7 +246,7 @@ TextureFacts write_textured_gltf(const std::filesystem::path& folder, const Text
         write_whole_file(folder / name, text_of(encode_page(picture, options.image)), Durability::left_to_folder);
         gltf.add_image_file(name);
       },
-      tick);
+      cancel_check);
   const json document = gltf.finish(options, mesh.snapshot(), "scene.bin");
   write_whole_file(folder / "scene.bin", text_of(gltf.buffer()), Durability::left_to_folder);
   write_whole_file(folder / "scene.gltf", document.dump(2) + "\n", Durability::left_to_folder);
@@ -254,7 +254,7 @@ TextureFacts write_textured_gltf(const std::filesystem::path& folder, const Text
 }
 
 TextureFacts write_textured_glb(std::ostream& file, const TexturedMesh& mesh, const TexturedFileOptions& options,
-                                const Tick& tick) {
+                                const CancelCheck& cancel_check) {
   check(options);
   GltfDocument gltf(options);
   std::uint32_t number = 0;
@@ -262,14 +262,14 @@ TextureFacts write_textured_glb(std::ostream& file, const TexturedMesh& mesh, co
   const TextureFacts facts =
       mesh.bake([&](std::uint32_t,
                     const Photograph& picture) { gltf.add_image(encode_page(picture, options.image), options.image); },
-                tick);
+                cancel_check);
   const json document = gltf.finish(options, mesh.snapshot(), json());
   write_glb_frame(file, document.dump(), gltf.buffer());
   return facts;
 }
 
 TextureFacts write_textured_obj(const std::filesystem::path& folder, const TexturedMesh& textured,
-                                const TexturedFileOptions& options, const Tick& tick) {
+                                const TexturedFileOptions& options, const CancelCheck& cancel_check) {
   check(options);
   if (options.image.format == PageFormat::webp) {
     throw std::invalid_argument("textured mesh: image.format is webp, which programs that read OBJ do not know");
@@ -304,7 +304,7 @@ TextureFacts write_textured_obj(const std::filesystem::path& folder, const Textu
         write_whole_file(folder / page_file(page, options.image), text_of(encode_page(picture, options.image)),
                          Durability::left_to_folder);
       },
-      tick);
+      cancel_check);
 }
 
 }  // namespace lumatlas

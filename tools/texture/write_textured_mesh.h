@@ -34,16 +34,16 @@ struct TexturedFileOptions {
   std::string georeference, georeference_sentence;
 };
 
-// `tick` is as of TexturedMesh::bake(). All throw InputError where a file cannot be written, or an image not be
+// `cancel_check` is as of TexturedMesh::bake(). All throw InputError where a file cannot be written, or an image not be
 // encoded. scene.gltf, scene.bin and texture-0.png ... in `folder`, which must exist.
 TextureFacts write_textured_gltf(const std::filesystem::path& folder, const TexturedMesh& mesh,
-                                 const TexturedFileOptions& options, const Tick& tick = {});
+                                 const TexturedFileOptions& options, const CancelCheck& cancel_check = {});
 // The caller looks whether the stream has failed. Holds the encoded file in memory. InputError from 4 GiB on.
 TextureFacts write_textured_glb(std::ostream& file, const TexturedMesh& mesh, const TexturedFileOptions& options,
-                                const Tick& tick = {});
+                                const CancelCheck& cancel_check = {});
 // scene.obj, scene.mtl and texture-0.png ... in `folder`, which must exist. The scene's offset is added before it is
 // turned.
 TextureFacts write_textured_obj(const std::filesystem::path& folder, const TexturedMesh& textured,
-                                const TexturedFileOptions& options, const Tick& tick = {});
+                                const TexturedFileOptions& options, const CancelCheck& cancel_check = {});
 
 }  // namespace lumatlas

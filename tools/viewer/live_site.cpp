@@ -109,7 +109,7 @@ void LiveSite::say_version(bool last) {
   server_.add(json_file("live.json", {{"version", version_}, {"last", last}}));
 }
 
-bool LiveSite::update(const Snapshot& snapshot, bool last, const Tick& tick) {
+bool LiveSite::update(const Snapshot& snapshot, bool last, const CancelCheck& cancel_check) {
   bool complete = true;
   if (holds_view(snapshot)) {
     const PutFormFile put = [this](const FormFile& file) {
@@ -118,7 +118,7 @@ bool LiveSite::update(const Snapshot& snapshot, bool last, const Tick& tick) {
       return name;
     };
     const std::chrono::seconds all_the_time = std::chrono::hours(24);
-    FormVersion version = form_.write(snapshot, last ? all_the_time : time_for_views_, put, tick);
+    FormVersion version = form_.write(snapshot, last ? all_the_time : time_for_views_, put, cancel_check);
     complete = version.complete;
     server_.add({kTilesetName, "application/json", {version.tileset.begin(), version.tileset.end()}, {}});
     ++version_;

@@ -11,7 +11,7 @@
 
 #include "atlas/model/live_form.h"
 #include "atlas/snapshot.h"
-#include "mesh/tick.h"
+#include "mesh/cancel_check.h"
 #include "tools/viewer/site.h"
 #include "tools/viewer/site_server.h"
 
@@ -26,9 +26,9 @@ class LiveSite {
 
   // Shows the model as it is now. `last`: nothing will follow. A snapshot without a view changes nothing else. Returns
   // false if there was no time for all of its photographs; another call with the same model goes on with them. Throws
-  // std::invalid_argument unless the snapshot passes check(), and what `tick` throws, which is called many times. The
-  // page then keeps what it has.
-  bool update(const Snapshot& snapshot, bool last, const Tick& tick = {});
+  // std::invalid_argument unless the snapshot passes check(), and what `cancel_check` throws, which is called many
+  // times. The page then keeps what it has.
+  bool update(const Snapshot& snapshot, bool last, const CancelCheck& cancel_check = {});
 
  private:
   void say_version(bool last);

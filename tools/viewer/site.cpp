@@ -202,8 +202,8 @@ Snapshot smaller_snapshot(const Snapshot& snapshot, double factor) {
 class SiteWriter {
  public:
   SiteWriter(const Snapshot& snapshot, const SiteOptions& options, const std::function<void(SiteFile)>& put,
-             const Tick& tick)
-      : options_(options), put_(put), tick_(tick), snapshot_(snapshot) {
+             const CancelCheck& cancel_check)
+      : options_(options), put_(put), cancel_check_(cancel_check), snapshot_(snapshot) {
     check(snapshot);
     if (views_of(snapshot) == 0) throw std::invalid_argument("site: the model holds no view");
     facts_.scale = site_scale(snapshot, options.most_side_px);
@@ -222,7 +222,7 @@ class SiteWriter {
     form.coarse_faces = options_.coarse_faces;
     form.listed_views = options_.listed_views;
     const std::string tileset = write_form(
-        snapshot_, options_.validity, form, [this](const FormFile& file) { return take(file); }, tick_);
+        snapshot_, options_.validity, form, [this](const FormFile& file) { return take(file); }, cancel_check_);
     facts_.scene_bytes += tileset.size();
     put_({kTilesetName, "application/json", bytes_of_text(tileset)});
     return facts_;
@@ -258,7 +258,7 @@ class SiteWriter {
   const std::function<void(SiteFile)>& put_;
   std::mutex mutex_;  // guards the next two
   SiteFacts facts_;
-  Tick tick_;
+  CancelCheck cancel_check_;
   Snapshot snapshot_;
 };
 
@@ -356,8 +356,8 @@ std::vector<SiteFile> page_files(const std::string& title, const ShownModel& sho
 }
 
 SiteFacts write_site(const Snapshot& snapshot, const SiteOptions& options, const std::function<void(SiteFile)>& put,
-                     const Tick& tick) {
-  SiteWriter writer(snapshot, options, put, tick);
+                     const CancelCheck& cancel_check) {
+  SiteWriter writer(snapshot, options, put, cancel_check);
   const auto put_all = [&put](std::vector<SiteFile> files) {
     std::uint64_t bytes = 0;
     for (SiteFile& file : files) {
@@ -375,7 +375,7 @@ SiteFacts write_site(const Snapshot& snapshot, const SiteOptions& options, const
 }
 
 SiteFacts write_site_folder(const std::filesystem::path& folder, const Snapshot& snapshot, const SiteOptions& options,
-                            const Tick& tick) {
+                            const CancelCheck& cancel_check) {
   const auto put = [&](const SiteFile& file) {
     const std::filesystem::path path = folder / file.name;
     std::filesystem::create_directories(path.parent_path());
@@ -383,7 +383,7 @@ SiteFacts write_site_folder(const std::filesystem::path& folder, const Snapshot&
     stream.write(reinterpret_cast<const char*>(file.bytes.data()), static_cast<std::streamsize>(file.bytes.size()));
     if (!stream.flush()) throw InputError(path.string() + ": cannot be written, " + why_not_written());
   };
-  return write_site(snapshot, options, put, tick);
+  return write_site(snapshot, options, put, cancel_check);
 }
 
 std::string title_of(const std::filesystem::path& model) {
@@ -391,7 +391,8 @@ std::string title_of(const std::filesystem::path& model) {
   return name.extension() == ".glb" ? name.stem().string() : name.string();
 }
 
-SiteFacts write_one_page(std::ostream& file, const Snapshot& snapshot, const SiteOptions& options, const Tick& tick) {
+SiteFacts write_one_page(std::ostream& file, const Snapshot& snapshot, const SiteOptions& options,
+                         const CancelCheck& cancel_check) {
   const PageHtml html = page_html(options.title, kOnePagePolicy, "<style>\n" + std::string(k_page_style) + "</style>",
                                   attributes_of(options));
   const std::string end = "<script type=\"module\">\n" + std::string(k_page_script) + "</script>" + html.after;
@@ -417,7 +418,7 @@ SiteFacts write_one_page(std::ostream& file, const Snapshot& snapshot, const Sit
                           const std::string name = part.name;
                           parts.emplace(name, std::move(part));
                         },
-                        tick)
+                        cancel_check)
                         .write();
   for (const auto& [name, part] : parts) put(part);
   file << end;

@@ -17,7 +17,7 @@
 #include "atlas/model/model_form.h"
 #include "atlas/snapshot.h"
 #include "atlas/views/validity.h"
-#include "mesh/tick.h"
+#include "mesh/cancel_check.h"
 
 namespace lumatlas {
 
@@ -75,7 +75,7 @@ struct SiteFacts {
 // of that name is the same in every version of every site, so no cache mixes versions. Throws std::invalid_argument
 // unless the snapshot passes check() and holds a view.
 SiteFacts write_site(const Snapshot& snapshot, const SiteOptions& options, const std::function<void(SiteFile)>& put,
-                     const Tick& tick = {});
+                     const CancelCheck& cancel_check = {});
 
 // The page's own files under names that stay, for a server that forbids caches to keep them: HTML, script, style,
 // shaders. Only the title and what it shows differ from model to model.
@@ -83,13 +83,13 @@ SiteFacts write_site(const Snapshot& snapshot, const SiteOptions& options, const
 
 // Into a folder, which must exist. Throws InputError if a file cannot be written.
 SiteFacts write_site_folder(const std::filesystem::path& folder, const Snapshot& snapshot, const SiteOptions& options,
-                            const Tick& tick = {});
+                            const CancelCheck& cancel_check = {});
 
 // Returns the title of a model's page: the name of its file or folder.
 [[nodiscard]] std::string title_of(const std::filesystem::path& model);
 
 // Writes the site as one HTML file that opens from a disk. The caller checks whether the stream has failed.
 SiteFacts write_one_page(std::ostream& file, const Snapshot& snapshot, const SiteOptions& options,
-                         const Tick& tick = {});
+                         const CancelCheck& cancel_check = {});
 
 }  // namespace lumatlas

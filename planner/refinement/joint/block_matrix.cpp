@@ -107,7 +107,7 @@ double BlockMatrix::trace() const {
   return sum;
 }
 
-BlockFactor::BlockFactor(const BlockMatrix& matrix, const InterruptionPoint& interruption_point)
+BlockFactor::BlockFactor(const BlockMatrix& matrix, const CancelCheck& cancel_check)
     : panels_(tiles_for(matrix.blocks())) {
   const BlockPattern pattern = pattern_of(matrix);
   order_ = sparse_order(pattern);
@@ -115,7 +115,7 @@ BlockFactor::BlockFactor(const BlockMatrix& matrix, const InterruptionPoint& int
   std::vector<std::vector<std::size_t>> rows = tile_rows(pattern, place);
   for (std::size_t k = 0; k < panels_.size(); ++k) panels_[k].rows = std::move(rows[k]);
   fill(matrix, place);
-  factorise(interruption_point);
+  factorise(cancel_check);
 }
 
 Eigen::Index BlockFactor::first(std::size_t tile) const {
@@ -167,9 +167,9 @@ void BlockFactor::update(std::size_t source, std::size_t target) {
   }
 }
 
-void BlockFactor::factorise(const InterruptionPoint& interruption_point) {
+void BlockFactor::factorise(const CancelCheck& cancel_check) {
   for (std::size_t k = 0; k < panels_.size(); ++k) {
-    may_interrupt(interruption_point);
+    check_cancelled(cancel_check);
     Panel& panel = panels_[k];
     Eigen::Ref<Eigen::MatrixXd> diagonal = panel.tiles.topRows(size(k));
     const Eigen::LLT<Eigen::Ref<Eigen::MatrixXd>> llt(diagonal);
@@ -183,14 +183,14 @@ void BlockFactor::factorise(const InterruptionPoint& interruption_point) {
           panel.tiles.middleRows(row_in(k, rows[i]), size(rows[i])));
     });
     tbb::parallel_for(std::size_t{0}, rows.size(), [&](std::size_t i) {
-      may_interrupt(interruption_point);
+      check_cancelled(cancel_check);
       update(k, rows[i]);
     });
     products_ += rows.size() * (rows.size() + 1) / 2;
   }
 }
 
-Eigen::MatrixXd BlockFactor::solve(const Eigen::MatrixXd& B, const InterruptionPoint& interruption_point) const {
+Eigen::MatrixXd BlockFactor::solve(const Eigen::MatrixXd& B, const CancelCheck& cancel_check) const {
   const auto unknowns = static_cast<Eigen::Index>(kBlock * order_.size());
   if (B.rows() != unknowns) {
     throw std::invalid_argument("normal equations: the right side has " + std::to_string(B.rows()) + " rows, must be " +
@@ -200,7 +200,7 @@ Eigen::MatrixXd BlockFactor::solve(const Eigen::MatrixXd& B, const InterruptionP
   const auto row = [](std::size_t block) { return static_cast<Eigen::Index>(kBlock * block); };
   for (std::size_t i = 0; i < order_.size(); ++i) X.middleRows<kBlock>(row(i)) = B.middleRows<kBlock>(row(order_[i]));
   for (std::size_t k = 0; k < panels_.size(); ++k) {
-    may_interrupt(interruption_point);
+    check_cancelled(cancel_check);
     const Panel& panel = panels_[k];
     auto own = X.middleRows(first(k), size(k));
     panel.tiles.topRows(size(k)).triangularView<Eigen::Lower>().solveInPlace(own);
@@ -209,7 +209,7 @@ Eigen::MatrixXd BlockFactor::solve(const Eigen::MatrixXd& B, const InterruptionP
     }
   }
   for (std::size_t k = panels_.size(); k-- > 0;) {
-    may_interrupt(interruption_point);
+    check_cancelled(cancel_check);
     const Panel& panel = panels_[k];
     auto own = X.middleRows(first(k), size(k));
     for (const std::size_t tile : panel.rows) {

@@ -9,7 +9,7 @@
 #include <map>
 #include <vector>
 
-#include "planner/interruption.h"
+#include "mesh/cancel_check.h"
 
 namespace lumatlas {
 
@@ -52,10 +52,10 @@ using BlockPattern = std::vector<std::vector<std::uint32_t>>;
 class BlockFactor {
  public:
   // Throws std::domain_error if the matrix is not positive definite or not finite.
-  explicit BlockFactor(const BlockMatrix& matrix, const InterruptionPoint& interruption_point = {});
+  explicit BlockFactor(const BlockMatrix& matrix, const CancelCheck& cancel_check = {});
 
   // The inverse times B. Throws std::invalid_argument unless B has kBlock * blocks() rows.
-  [[nodiscard]] Eigen::MatrixXd solve(const Eigen::MatrixXd& B, const InterruptionPoint& interruption_point = {}) const;
+  [[nodiscard]] Eigen::MatrixXd solve(const Eigen::MatrixXd& B, const CancelCheck& cancel_check = {}) const;
 
   // Products of two tiles that it took, each some 98^3 multiplications: what time grows with.
   [[nodiscard]] std::size_t products() const { return products_; }
@@ -68,7 +68,7 @@ class BlockFactor {
   };
 
   void fill(const BlockMatrix& matrix, const std::vector<std::size_t>& place);
-  void factorise(const InterruptionPoint& interruption_point);
+  void factorise(const CancelCheck& cancel_check);
   void update(std::size_t source, std::size_t target);
   [[nodiscard]] Eigen::Index first(std::size_t tile) const;
   [[nodiscard]] Eigen::Index size(std::size_t tile) const;

@@ -183,11 +183,11 @@ std::vector<BlockPair> pairs_of_view(const JointProblem& problem, std::size_t sl
 }  // namespace
 
 BlockPattern joint_pattern(const JointProblem& problem, std::size_t blocks, std::span<const std::size_t> block_of,
-                           const InterruptionPoint& interruption_point) {
+                           const CancelCheck& cancel_check) {
   BlockPattern pattern(blocks);
   for (std::uint32_t block = 0; block < blocks; ++block) pattern[block].push_back(block);
   for (std::size_t slot = 0; slot < problem.parts().size(); ++slot) {
-    may_interrupt(interruption_point);
+    check_cancelled(cancel_check);
     for (const auto& [column, row] : pairs_of_view(problem, slot, block_of)) pattern[column].push_back(row);
   }
   for (std::vector<std::uint32_t>& rows : pattern) sort_without_repetitions(rows);
@@ -196,7 +196,7 @@ BlockPattern joint_pattern(const JointProblem& problem, std::size_t blocks, std:
 
 JointEquations joint_equations(const JointProblem& problem, const JointState& state,
                                const std::vector<Linearised>& linear, std::span<const Block> estimated,
-                               std::span<const std::size_t> block_of, const InterruptionPoint& interruption_point) {
+                               std::span<const std::size_t> block_of, const CancelCheck& cancel_check) {
   std::size_t blocks = estimated.size();
   for (std::size_t slot = 0; slot < linear.size(); ++slot) blocks += problem.has_view(slot);
   const auto unknowns = static_cast<Eigen::Index>(kBlock * blocks);
@@ -205,7 +205,7 @@ JointEquations joint_equations(const JointProblem& problem, const JointState& st
     std::vector<ViewEquations> views(std::min(kViewsAtOnce, linear.size() - first));
     tbb::parallel_for(std::size_t{0}, views.size(), [&](std::size_t i) {
       if (linear[first + i].terms.empty()) return;
-      may_interrupt(interruption_point);
+      check_cancelled(cancel_check);
       const ViewSlot slot(static_cast<std::uint32_t>(first + i));
       views[i] = ViewAdder(problem, state, linear[slot], slot, estimated, block_of).equations();
     });

@@ -10,7 +10,7 @@
 #include <span>
 #include <vector>
 
-#include "planner/interruption.h"
+#include "mesh/cancel_check.h"
 #include "planner/refinement/joint/block_matrix.h"
 #include "planner/refinement/joint/joint_problem.h"
 
@@ -30,14 +30,12 @@ struct JointEquations {
 
 // Returns the squares of the equations that may not be 0, whichever of the views that show a point its medians are of.
 [[nodiscard]] BlockPattern joint_pattern(const JointProblem& problem, std::size_t blocks,
-                                         std::span<const std::size_t> block_of,
-                                         const InterruptionPoint& interruption_point);
+                                         std::span<const std::size_t> block_of, const CancelCheck& cancel_check);
 
 // `estimated` by lens: 1 for each parameter that is, 0 for the others, whose rows and columns are 0 then. `block_of` by
 // view slot: its view's block. The same bits for any number of threads.
 [[nodiscard]] JointEquations joint_equations(const JointProblem& problem, const JointState& state,
                                              const std::vector<Linearised>& linear, std::span<const Block> estimated,
-                                             std::span<const std::size_t> block_of,
-                                             const InterruptionPoint& interruption_point);
+                                             std::span<const std::size_t> block_of, const CancelCheck& cancel_check);
 
 }  // namespace lumatlas

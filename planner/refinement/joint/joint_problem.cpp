@@ -50,14 +50,11 @@ LensCorrection correction_of(const Block& q) {
 
 JointProblem::JointProblem(const Atlas& atlas, std::span<const std::optional<ComparedView>> views,
                            std::span<const std::vector<SurfaceSample>> samples, std::vector<std::size_t> lens_of,
-                           std::size_t most_points, InterruptionPoint interruption_point)
-    : views_(views),
-      lens_of_(std::move(lens_of)),
-      parts_(views.size()),
-      interruption_point_(std::move(interruption_point)) {
+                           std::size_t most_points, CancelCheck cancel_check)
+    : views_(views), lens_of_(std::move(lens_of)), parts_(views.size()), cancel_check_(std::move(cancel_check)) {
   tbb::parallel_for(std::size_t{0}, views.size(), [&](std::size_t slot) {
     if (!views_[slot]) return;
-    may_interrupt(interruption_point_);
+    check_cancelled(cancel_check_);
     parts_[slot] = part_of(atlas, ViewSlot(static_cast<std::uint32_t>(slot)), samples[slot], most_points);
   });
 }
@@ -220,7 +217,7 @@ std::vector<Linearised> JointProblem::linearise(const JointState& state, std::ve
   std::vector<Linearised> all(parts_.size());
   tbb::parallel_for(std::size_t{0}, parts_.size(), [&](std::size_t slot) {
     if (!views_[slot]) return;
-    may_interrupt(interruption_point_);
+    check_cancelled(cancel_check_);
     const std::vector<ComparedPoint>& of_view = parts_[slot].*points;
     const auto rows = static_cast<Eigen::Index>(3 * of_view.size());
     Linearised& out = all[slot];

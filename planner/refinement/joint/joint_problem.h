@@ -17,8 +17,8 @@
 #include <vector>
 
 #include "atlas/atlas.h"
+#include "mesh/cancel_check.h"
 #include "mesh/lens_correction.h"
-#include "planner/interruption.h"
 #include "planner/refinement/joint/block_matrix.h"
 #include "planner/refinement/median_colors.h"
 #include "planner/refinement/surface_samples.h"
@@ -84,7 +84,7 @@ class JointProblem {
   // See JointInput. `lens_of` by view slot. What the spans show must outlive this object.
   JointProblem(const Atlas& atlas, std::span<const std::optional<ComparedView>> views,
                std::span<const std::vector<SurfaceSample>> samples, std::vector<std::size_t> lens_of,
-               std::size_t most_points, InterruptionPoint interruption_point);
+               std::size_t most_points, CancelCheck cancel_check);
 
   [[nodiscard]] const std::vector<ViewPart>& parts() const {
     return parts_;
@@ -127,7 +127,7 @@ class JointProblem {
   std::span<const std::optional<ComparedView>> views_;
   std::vector<std::size_t> lens_of_;
   std::vector<ViewPart> parts_;
-  InterruptionPoint interruption_point_;
+  CancelCheck cancel_check_;
 };
 
 }  // namespace lumatlas

@@ -64,8 +64,7 @@ JointSolver::JointSolver(const JointInput& input, const JointOptions& options)
     : views_(input.views),
       given_(input.given),
       options_(options),
-      problem_(input.atlas, input.views, input.samples, found_lenses(), options.most_points,
-               options.interruption_point),
+      problem_(input.atlas, input.views, input.samples, found_lenses(), options.most_points, options.cancel_check),
       parts_(problem_.parts()) {
   blocks_ = slots_of_lenses_.size();
   block_of_.assign(views_.size(), 0);
@@ -108,7 +107,7 @@ std::size_t JointSolver::points() const {
 
 bool JointSolver::takes_more_than(std::size_t most) const {
   if (dense_factor_operations(blocks_) <= most) return false;
-  return factor_operations(joint_pattern(problem_, blocks_, block_of_, options_.interruption_point)) > most;
+  return factor_operations(joint_pattern(problem_, blocks_, block_of_, options_.cancel_check)) > most;
 }
 
 void JointSolver::set_estimated(std::size_t lens, std::size_t parameter, bool estimated) {
@@ -132,7 +131,7 @@ JointEquations JointSolver::normal_equations(const JointState& state, const std:
     estimated.emplace_back(
         Block::NullaryExpr([&](Eigen::Index i) { return terms[static_cast<std::size_t>(i)] ? 1.0 : 0.0; }));
   }
-  JointEquations normal = joint_equations(problem_, state, all, estimated, block_of_, options_.interruption_point);
+  JointEquations normal = joint_equations(problem_, state, all, estimated, block_of_, options_.cancel_check);
   const double ridge = kRidge * (normal.H.trace() / static_cast<double>(kBlock * blocks_) + 1);
   for (std::size_t block = 0; block < blocks_; ++block) normal.H.at(block, block).diagonal().array() += ridge;
   const Block prior = kPrior.array().square().inverse();
@@ -241,8 +240,8 @@ bool JointSolver::improve(Fit& at, std::uint32_t coarser) {
     for (std::size_t block = 0; block < blocks_; ++block) {
       normal.H.at(block, block).diagonal() = (1 + damping_) * diagonals[block];
     }
-    const BlockFactor factor(normal.H, options_.interruption_point);
-    const Eigen::VectorXd step = -factor.solve(normal.g, options_.interruption_point);
+    const BlockFactor factor(normal.H, options_.cancel_check);
+    const Eigen::VectorXd step = -factor.solve(normal.g, options_.cancel_check);
     Fit next = fit(moved_by(at.state, step), coarser);
     const double gain = gain_of(next, at);
     if (gain > 0) {
@@ -304,8 +303,8 @@ std::vector<Block> JointSolver::variances() const {
   // The columns of the inverse that belong to q: all other parameters are marginalised.
   const Eigen::Index columns = lens_column(slots_of_lenses_.size());
   const Eigen::MatrixXd inverse =
-      BlockFactor(normal.H, options_.interruption_point)
-          .solve(Eigen::MatrixXd::Identity(normal.g.size(), columns), options_.interruption_point);
+      BlockFactor(normal.H, options_.cancel_check)
+          .solve(Eigen::MatrixXd::Identity(normal.g.size(), columns), options_.cancel_check);
   Eigen::VectorXd observed = Eigen::VectorXd::Zero(columns);
   for (const ViewGradient& gradient : normal.of_views) {
     Eigen::VectorXd moved = Eigen::VectorXd::Zero(columns);

@@ -13,7 +13,7 @@
 
 #include "atlas/atlas.h"
 #include "mesh/base/requirement.h"
-#include "planner/interruption.h"
+#include "mesh/cancel_check.h"
 #include "planner/refinement/alignment.h"
 #include "planner/refinement/joint/joint_equations.h"
 #include "planner/refinement/joint/joint_problem.h"
@@ -38,7 +38,7 @@ void check(const JointInput& input, const Requirement& requires_);
 struct JointOptions {
   AlignmentOptions alignment;  // its prior and max_move: how strongly poses are pulled to the given ones
   std::size_t most_points;     // points of each view, evenly taken, >= 1
-  InterruptionPoint interruption_point;
+  CancelCheck cancel_check;
 };
 
 // Which of a lens's parameters are estimated; the others are 0.

@@ -417,21 +417,21 @@ TEST_CASE("a single triangle has a diameter and an empty mesh has none") {
   CHECK(scene_diameter({}) == 0);
 }
 
-TEST_CASE("clustering ends at whichever tick throws, and ticks in each of its stages") {
+TEST_CASE("clustering ends where its cancel check throws, in each of its stages") {
   const Mesh mesh = rough_plane(400, 2, 0.001f);  // 320,000 faces
   CellOptions options;
   options.size = 0.02;
-  int ticks = 0;
-  const Cells cells = make_cells(mesh, options, [&] { ++ticks; });
+  int checks = 0;
+  const Cells cells = make_cells(mesh, options, [&] { ++checks; });
   // Five for each passage over all faces: one that seeds, four that grow; and those between the stages.
-  CHECK(ticks > 20);
+  CHECK(checks > 20);
   CHECK(make_cells(mesh, options).cell_of_face == cells.cell_of_face);
-  for (int last = 1; last <= ticks; last += 3) {
+  for (int last = 1; last <= checks; last += 3) {
     int calls = 0;
-    const Tick tick = [&] {
+    const CancelCheck cancel_check = [&] {
       if (++calls == last) throw std::runtime_error("enough");
     };
-    CHECK_THROWS_WITH(make_cells(mesh, options, tick), "enough");
+    CHECK_THROWS_WITH(make_cells(mesh, options, cancel_check), "enough");
     CHECK(calls == last);
   }
 }

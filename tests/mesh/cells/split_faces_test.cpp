@@ -194,13 +194,13 @@ TEST_CASE("the faces at a stray vertex are not split, and stop no other") {
   CHECK(area_of(rest) == Approx(2).epsilon(0.01));
 }
 
-TEST_CASE("splitting ends when its tick throws") {
-  int ticks = 0;
-  const Tick tick = [&] {
-    if (++ticks == 3) throw std::runtime_error("enough");
+TEST_CASE("splitting ends when its cancel_check throws") {
+  int checks = 0;
+  const CancelCheck cancel_check = [&] {
+    if (++checks == 3) throw std::runtime_error("enough");
   };
-  CHECK_THROWS_WITH(split_large_faces(plane(1, 1), 0.01, tick), "enough");
-  CHECK(ticks == 3);
+  CHECK_THROWS_WITH(split_large_faces(plane(1, 1), 0.01, cancel_check), "enough");
+  CHECK(checks == 3);
 }
 
 }  // namespace

@@ -111,24 +111,24 @@ Mesh with_jagged_hole(std::uint32_t edges) {
 TEST_CASE("a jagged hole is closed in a number of steps that does not grow with the cube of its edges") {
   for (const std::uint32_t edges : {40u, 240u, 1000u, 8000u}) {
     const Mesh holey = with_jagged_hole(edges);
-    std::size_t ticks = 0;
-    const ClosedHoles closed = close_holes(holey, 3, [&] { ++ticks; });
-    CAPTURE(edges, ticks);
+    std::size_t checks = 0;
+    const ClosedHoles closed = close_holes(holey, 3, [&] { ++checks; });
+    CAPTURE(edges, checks);
     CHECK(closed.holes == 1);
     CHECK(closed.faces == edges - 2);
     CHECK(open_edges(closed.mesh) == edges);  // the rim
-    CHECK(ticks < 50'000);
+    CHECK(checks < 50'000);
   }
 }
 
-TEST_CASE("the filling of one hole ends when its tick throws") {
+TEST_CASE("the filling of one hole ends when its cancel_check throws") {
   const Mesh holey = with_jagged_hole(240);  // filled by the best of all triangles, in millions of steps
-  int ticks = 0;
-  const Tick third = [&] {
-    if (++ticks == 3) throw std::runtime_error("enough");
+  int checks = 0;
+  const CancelCheck third = [&] {
+    if (++checks == 3) throw std::runtime_error("enough");
   };
   CHECK_THROWS_WITH(close_holes(holey, 3, third), "enough");
-  CHECK(ticks == 3);
+  CHECK(checks == 3);
 }
 
 }  // namespace

@@ -344,18 +344,18 @@ TEST_CASE("a soup that breaks its own rules is refused by name") {
                        Catch::Message("offset: coordinate 1 is nan, must be finite"));
 }
 
-TEST_CASE("repair ends at whichever tick throws") {
+TEST_CASE("repair ends at whichever cancel_check throws") {
   TriangleSoup soup = one_triangle();
   soup.faces.push_back(soup.faces.front());
-  int ticks = 0;
-  CHECK(repair(soup, kNoOffset, [&] { ++ticks; }).report.duplicate_faces == 1);
-  CHECK(ticks == 6);
-  for (int last = 1; last <= ticks; ++last) {
+  int checks = 0;
+  CHECK(repair(soup, kNoOffset, [&] { ++checks; }).report.duplicate_faces == 1);
+  CHECK(checks == 6);
+  for (int last = 1; last <= checks; ++last) {
     int calls = 0;
-    const Tick tick = [&] {
+    const CancelCheck cancel_check = [&] {
       if (++calls == last) throw std::runtime_error("enough");
     };
-    CHECK_THROWS_WITH(repair(soup, kNoOffset, tick), "enough");
+    CHECK_THROWS_WITH(repair(soup, kNoOffset, cancel_check), "enough");
     CHECK(calls == last);
   }
 }

@@ -123,9 +123,9 @@ TEST_CASE("looks at pieces can be stopped, and refuse a bad camera") {
   CountedPieces counted(clouds());
   std::vector<Camera> cameras{camera_in_a_town(0, {0, 0, 0})};
   const auto use = [](std::size_t, const VisibilityBuffer&) {};
-  int ticks = 0;
-  const Tick stop = [&] {
-    if (++ticks == 3) throw std::runtime_error("stopped");
+  int checks = 0;
+  const CancelCheck stop = [&] {
+    if (++checks == 3) throw std::runtime_error("stopped");
   };
   CHECK_THROWS_AS(look_at_pieces(counted.pieces, cameras, 0, use, stop), std::runtime_error);
   cameras.front().fx = -1;

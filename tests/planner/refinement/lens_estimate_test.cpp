@@ -260,19 +260,19 @@ TEST_CASE("what the atlas has room for makes no difference: as many unknowns, an
   check_same(few, estimates);
 }
 
-TEST_CASE("an estimate comes by its interruption point many times, and what is thrown there ends it") {
+TEST_CASE("an estimate calls its cancel check many times, and what that throws ends it") {
   struct Stop {};
   const PaintedRoom room(6, {0.98, {0, 0}, 0, 0, 0, 0});
   std::atomic<int> calls = 0;
   LensOptions options;
-  options.interruption_point = [&] { ++calls; };
+  options.cancel_check = [&] { ++calls; };
   check_same(room.planner.refiner().estimate_lenses(options), room.planner.refiner().estimate_lenses());
   // Each view's comparison and its part of the normal equations, in at least two rounds of two passes.
   const int all = calls;
   CHECK(all > 2 * 2 * 2 * 6);
   for (const int last : {0, 5, all / 3, all - 1}) {
     calls = 0;
-    options.interruption_point = [&] {
+    options.cancel_check = [&] {
       if (++calls > last) throw Stop();
     };
     CHECK_THROWS_AS(room.planner.refiner().estimate_lenses(options), Stop);

@@ -170,7 +170,7 @@ TEST_CASE("a solution can be stopped, and the store is whole after") {
   struct Stop {};
   PlannerOptions options = options_for_walk();
   std::atomic<int> calls_left = std::numeric_limits<int>::max();
-  options.refinement.interruption_point = [&] {
+  options.refinement.cancel_check = [&] {
     if (--calls_left < 0) throw Stop();
   };
   Walk walk(8, 2, options);

@@ -759,7 +759,7 @@ TEST_CASE("polishing, masks and cameras can be stopped between one view and the 
   struct Stop {};
   PlannerOptions options = options_for_relief();
   int calls_left = 1000;
-  options.refinement.interruption_point = [&] {
+  options.refinement.cancel_check = [&] {
     if (--calls_left < 0) throw Stop();
   };
   ReliefStream stream(8, options);

@@ -168,7 +168,7 @@ TEST_CASE("the far sphere does not deviate, and the cells before it do as withou
   CHECK(std::count(both.measured.begin() + 16, both.measured.end(), 1) == 0);
 }
 
-TEST_CASE("one thread measures the same as several, and an interruption ends it") {
+TEST_CASE("one thread measures the same as several, and a cancel check ends it") {
   const Snapshot snapshot = photographed(wall_before(0.1), speckled);
   const SurfaceDeviation several = surface_deviation(snapshot);
   {
@@ -176,7 +176,7 @@ TEST_CASE("one thread measures the same as several, and an interruption ends it"
     CHECK(surface_deviation(snapshot).of_cell == several.of_cell);
   }
   DeviationOptions options;
-  options.interruption_point = [] { throw std::runtime_error("enough"); };
+  options.cancel_check = [] { throw std::runtime_error("enough"); };
   CHECK_THROWS_WITH(surface_deviation(snapshot, options), "enough");
 }
 

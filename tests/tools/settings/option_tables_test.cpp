@@ -59,10 +59,9 @@ TEST_CASE("every field has a row, an option of a command, a table of its own, or
   }
   {
     const auto [trust, alignment, samples, sample_px, revisits, polish_levels, least_correlation, least_views,
-                interruption_point, given_gain] =
-        RefinementOptions();  // trust, alignment: tables; the last two: for callers
+                cancel_check, given_gain] = RefinementOptions();  // trust, alignment: tables; the last two: for callers
     CHECK(refinement_settings().size() == count_of(trust, alignment, samples, sample_px, revisits, polish_levels,
-                                                   least_correlation, least_views, interruption_point) -
+                                                   least_correlation, least_views, cancel_check) -
                                               3);
   }
   {
