@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// How neighbouring cells share the surface along their borders, as it is drawn; blend/tables/cell_shares.h finds it.
+// How neighbouring cells share the surface along their borders, as it is drawn: see blend/tables/fade_zone_shares.h.
 #pragma once
 
 #include <array>

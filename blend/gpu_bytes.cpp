@@ -10,7 +10,7 @@
 #include "atlas/tiles/texel_format.h"
 #include "blend/gl/gl_objects.h"
 #include "blend/gl/photograph_array.h"
-#include "blend/tables/cell_shares.h"
+#include "blend/tables/fade_zone_shares.h"
 #include "blend/tables/view_table.h"
 #include "blend/tables/zone_mesh.h"
 

@@ -24,7 +24,7 @@
 #include "blend/geometric_weight.h"
 #include "blend/soft_edges.h"
 #include "blend/supersampling.h"
-#include "blend/tables/cell_shares.h"
+#include "blend/tables/fade_zone_shares.h"
 #include "blend/tables/zone_mesh.h"
 
 namespace lumatlas {

@@ -28,7 +28,7 @@
 #include "blend/gl/shader_program.h"
 #include "blend/soft_edges.h"
 #include "blend/supersampling.h"
-#include "blend/tables/cell_shares.h"
+#include "blend/tables/fade_zone_shares.h"
 #include "blend/tables/ranked_references.h"
 #include "blend/tables/view_table.h"
 #include "blend/tables/zone_mesh.h"

@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "atlas/reference_table.h"
-#include "blend/tables/cell_shares.h"
+#include "blend/tables/fade_zone_shares.h"
 #include "mesh/mesh.h"
 
 namespace lumatlas {

@@ -19,7 +19,7 @@
 
 #include "mesh/base/errors.h"
 #include "mesh/finite.h"
-#include "mesh/repair/fans.h"
+#include "mesh/repair/manifold_check.h"
 #include "mesh/repair/manifold_repair.h"
 #include "mesh/vertex_faces.h"
 

@@ -15,7 +15,7 @@
 #include "blend/gl/gl_objects.h"
 #include "blend/reference.h"
 #include "blend/supersampling.h"
-#include "blend/tables/cell_shares.h"
+#include "blend/tables/fade_zone_shares.h"
 #include "tests/support/gl_test_context.h"
 #include "tests/support/rendering_difference.h"
 #include "tests/support/scenes/small_scenes.h"

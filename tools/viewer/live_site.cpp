@@ -12,7 +12,7 @@
 
 #include "atlas/model/content_digest.h"
 #include "blend/blend_options.h"
-#include "blend/tables/cell_shares.h"
+#include "blend/tables/fade_zone_shares.h"
 
 namespace lumatlas {
 

@@ -19,7 +19,7 @@
 #include "blend/blend_options.h"
 #include "blend/gl/shader_program.h"
 #include "blend/shaders.h"
-#include "blend/tables/cell_shares.h"
+#include "blend/tables/fade_zone_shares.h"
 #include "mesh/base/errors.h"
 #include "tools/base/html_text.h"
 #include "tools/base/process/process_limits.h"

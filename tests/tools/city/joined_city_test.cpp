@@ -7,7 +7,7 @@
 #include "atlas/model/model_file.h"
 #include "atlas/model/surface/chunked_surface.h"
 #include "blend/blend_options.h"
-#include "blend/tables/cell_shares.h"
+#include "blend/tables/fade_zone_shares.h"
 #include "mesh/base/errors.h"
 #include "tests/tools/city/small_city.h"
 #include "tools/city/block_job.h"

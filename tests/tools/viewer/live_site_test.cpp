@@ -18,7 +18,7 @@
 #include <utility>
 
 #include "atlas/model/content_digest.h"
-#include "blend/tables/cell_shares.h"
+#include "blend/tables/fade_zone_shares.h"
 #include "tests/support/scenes/small_scenes.h"
 #include "tests/support/scenes/view_parts.h"
 

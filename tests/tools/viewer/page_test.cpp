@@ -17,7 +17,7 @@
 #include "atlas/model/content_digest.h"
 #include "atlas/model/live_form.h"
 #include "blend/renderer.h"
-#include "blend/tables/cell_shares.h"
+#include "blend/tables/fade_zone_shares.h"
 #include "blend/tables/ranked_references.h"
 #include "tests/support/gl_test_context.h"
 #include "tests/support/scenes/wall_scenes.h"

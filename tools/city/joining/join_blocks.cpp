@@ -11,7 +11,7 @@
 #include "atlas/images/pixel_memory.h"
 #include "atlas/model/model_file.h"
 #include "blend/blend_options.h"
-#include "blend/tables/cell_shares.h"
+#include "blend/tables/fade_zone_shares.h"
 #include "mesh/base/errors.h"
 #include "mesh/base/freed_memory.h"
 #include "tools/base/process/interrupt.h"

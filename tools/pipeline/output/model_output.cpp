@@ -6,7 +6,7 @@
 #include <string>
 
 #include "blend/blend_options.h"
-#include "blend/tables/cell_shares.h"
+#include "blend/tables/fade_zone_shares.h"
 #include "mesh/base/errors.h"
 #include "tools/base/process/interrupt.h"
 #include "tools/base/strict_json.h"

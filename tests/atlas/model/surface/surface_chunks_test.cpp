@@ -23,7 +23,7 @@
 #include "atlas/model/gltf/glb_file.h"
 #include "atlas/model/model_file.h"
 #include "atlas/model/surface/tile_tree.h"
-#include "blend/tables/cell_shares.h"
+#include "blend/tables/fade_zone_shares.h"
 #include "mesh/base/errors.h"
 #include "tests/support/scenes/far_scenes.h"
 #include "tests/support/scenes/plain_model.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "mesh/repair/fans.h"
+#include "mesh/repair/manifold_check.h"
 
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_reduce.h>
