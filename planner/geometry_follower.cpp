@@ -124,8 +124,8 @@ SurfaceUpdate GeometryFollower::update_surface(std::shared_ptr<const Surface> su
     throw std::logic_error("planner: the surface changes while slots are promised");
   const std::size_t cells = surface->cells.cells.size();
   if (changed.size() != cells || previous_cell.size() != cells) {
-    throw std::invalid_argument("planner: what became of the cells is said of " + std::to_string(changed.size()) +
-                                " and " + std::to_string(previous_cell.size()) + " cells, must be of " +
+    throw std::invalid_argument("planner: `changed` and `previous_cell` have " + std::to_string(changed.size()) +
+                                " and " + std::to_string(previous_cell.size()) + " entries, must have " +
                                 std::to_string(cells));
   }
   std::vector<CellId> unchanged(cells, CellId::none);
@@ -133,12 +133,12 @@ SurfaceUpdate GeometryFollower::update_surface(std::shared_ptr<const Surface> su
   for (std::size_t cell = 0; cell < cells; ++cell) {
     if (changed[cell] != 0) continue;
     if (previous_cell[cell] >= taken.size()) {
-      throw std::invalid_argument("planner: cell " + std::to_string(cell) +
-                                  " is said to be as it was, but it was not there");
+      throw std::invalid_argument("planner: unchanged cell " + std::to_string(cell) +
+                                  " was no cell of the surface before");
     }
     if (taken[previous_cell[cell]]++ != 0) {
-      throw std::invalid_argument("planner: cell " + std::to_string(cell) + " is said to be as cell " +
-                                  std::to_string(previous_cell[cell]) + " was, but another is already");
+      throw std::invalid_argument("planner: unchanged cell " + std::to_string(cell) + " was cell " +
+                                  std::to_string(previous_cell[cell]) + ", as another cell was");
     }
     unchanged[cell] = previous_cell[cell];
   }

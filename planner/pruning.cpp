@@ -43,7 +43,7 @@ std::vector<std::string> Pruning::prune() {
 void Pruning::evict(std::span<const ViewSlot> slots) {
   for (const ViewSlot slot : slots) {
     if (slot < store_.ledger().slots() && store_.ledger().stored(slot)) continue;
-    throw std::logic_error("planner: slot " + std::to_string(slot) + " holds no view that could be taken away");
+    throw std::logic_error("planner: slot " + std::to_string(slot) + " holds no view");
   }
   for (const ViewSlot slot : slots) store_.evict(slot);
 }

@@ -107,7 +107,7 @@ bool write_all(int file, std::span<const std::byte> bytes) {
 
 [[noreturn]] void refuse(const fs::path& folder, std::size_t bytes) {
   const std::string reason = std::generic_category().message(errno);
-  throw InputError(folder.string() + ": takes no scratch file of " + std::to_string(bytes) +
+  throw InputError(folder.string() + ": has no room for a scratch file of " + std::to_string(bytes) +
                    " bytes for what photographs need beyond the memory that they may take (" + reason +
                    "): make room there, name another folder by the environment variable TMPDIR, or allow more memory");
 }

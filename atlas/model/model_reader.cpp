@@ -307,7 +307,7 @@ std::uint64_t bytes_of(const std::optional<GltfImage>& image) {
   std::error_code error;
   const std::uintmax_t bytes = fs::file_size(image->file, error);
   if (error == std::errc::no_such_file_or_directory) throw InputError(image->file.string() + ": no such file");
-  if (error) throw InputError(image->file.string() + ": cannot be looked at (" + error.message() + ")");
+  if (error) throw InputError(image->file.string() + ": cannot be accessed (" + error.message() + ")");
   return bytes;
 }
 

@@ -23,7 +23,7 @@ constexpr Requirement cell_demand_requires{"demand"};
 void CellDemand::count(const Contribution& part, int sign) {
   check(part);
   if (!(part.distance > 0)) return;
-  if (views_ + sign < 0) throw std::invalid_argument("demand: a part is taken back, must have been added before");
+  if (views_ + sign < 0) throw std::invalid_argument("demand: a part is removed that was not added");
   const std::int64_t share = std::llround(part.picture_share * kPicture);
   views_ += sign;
   shares_ += sign * share;

@@ -426,7 +426,7 @@ TEST_CASE("demand refuses bad parts, parts that were not added, and priors that 
   for (const auto& [bad, sentence] : bad_parts("coverage")) {
     CHECK(complaint([&] { demand.add(bad); }) == sentence);
   }
-  CHECK(complaint([&] { demand.remove(sound_part()); }) == "demand: a part is taken back, must have been added before");
+  CHECK(complaint([&] { demand.remove(sound_part()); }) == "demand: a part is removed that was not added");
   CHECK(complaint([&] { (void)demand.weight(-1); }) == "demand: prior is -1, must be finite and not negative");
   demand.add(sound_part());
   CHECK(complaint([&] { demand.remove(sound_part()); }) == "accepted");

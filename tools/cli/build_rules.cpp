@@ -104,12 +104,12 @@ std::optional<std::uint32_t> texture_of(const std::string& text) {
 
 void watch_scene(const BuildFlags& flags, BuildOptions& options) {
   const auto refuse = [](const char* option, const char* why) { throw CLI::ValidationError(option, why); };
-  if (options.hold_out) refuse("--hold", "goes by the names of all photographs, which --watch does not know yet");
+  if (options.hold_out) refuse("--hold", "needs the names of all photographs, which --watch does not know yet");
   if (options.choice != ViewChoice::online) {
     refuse("--set stream.choice", "must be online with --watch, which cannot look ahead");
   }
   if (options.order != StreamOrder::given) {
-    refuse("--set stream.order", "must be given with --watch: they come as they come");
+    refuse("--set stream.order", "must be given with --watch, which offers photographs as they arrive");
   }
   if (!options.max_views && options.planner.max_bytes + options.bound.gpu_bytes() == 0) {
     refuse("--budget auto",

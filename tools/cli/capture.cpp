@@ -59,7 +59,7 @@ void run(CaptureFlags flags) {
 void add_capture_command(CLI::App& program) {
   auto flags = std::make_shared<CaptureFlags>();
   CLI::App* command =
-      program.add_subcommand("capture", "From photographs or videos to a model: COLMAP's poses, a mesh, and a build");
+      program.add_subcommand("capture", "Make a model of photographs or videos: poses by COLMAP, a mesh, and a build");
   add_file(*command, "PHOTOGRAPHS", flags->photographs, "PHOTOGRAPHS",
            "Folder of overlapping photographs and videos of a place, or one video")
       ->required();

@@ -332,18 +332,18 @@ void run(const ChartFlags& flags) {
 void add_chart_command(CLI::App& program) {
   auto flags = std::make_shared<ChartFlags>();
   CLI::App* command = program.add_subcommand(
-      "chart", "Make and score models with one thing changed after the other, as sweeps describe, and plot them");
+      "chart", "Make models with one setting changed at a time, as sweeps describe, score them, and plot the scores");
   command
       ->add_option("SWEEP", flags->sweeps,
-                   "JSON files that describe sweeps, as in data/sweeps; FILE#NAME: of a file with several this one")
+                   "JSON files that describe sweeps, as in data/sweeps; FILE#NAME: one of several in a file")
       ->required()
       ->type_name("SWEEP")
       ->check(file_name())
       ->default_str("");
-  begin_group(*command, "What is made");
+  begin_group(*command, "Models");
   add_choice(*command, "--scale", flags->scale,
              {{"small", SweepScale::small}, {"medium", SweepScale::medium}, {"full", SweepScale::full}},
-             "Which scenes and values: tiny ones, to see that it works; hours of them; all");
+             "Scenes and values: small for a quick check, medium for some hours, full for all");
   add_file(*command, "--scenes", flags->scenes, "DIR",
            "Folder of real scenes, each a COLMAP workspace with a mesh; points whose scene is not there are skipped");
   command
@@ -352,16 +352,17 @@ void add_chart_command(CLI::App& program) {
       ->type_name("PATTERN")
       ->allow_extra_args(false)
       ->default_str("");
-  command->add_flag("--keep-points", flags->keep_points, "Use points that a program of another commit made, too");
-  command->add_option("--jobs", flags->jobs, "Points made side by side; times measured so are not worth much")
+  command->add_flag("--keep-points", flags->keep_points,
+                    "Also use finished points that another commit of the program made");
+  command->add_option("--jobs", flags->jobs, "Number of points to make at once; above 1, measured times say little")
       ->type_name("N")
       ->transform(whole_number(1, 256));
-  command->add_flag("--list", flags->list, "Check the sweeps and print the names of their points, make nothing");
+  command->add_flag("--list", flags->list, "Only check the sweeps and print the names of their points");
   begin_group(*command, "Files and messages");
   add_file(*command, "-o,--output", flags->output, "DIR",
            "Folder of the page, index.html, and the figures; what was made in it before is not made again");
   add_file(*command, "--markdown", flags->markdown, "FILE",
-           "Also put plots and tables between its lines <!-- chart NAME --> and <!-- end of chart NAME -->");
+           "Also put plots and tables into this page, between <!-- chart NAME --> and <!-- end of chart NAME -->");
   add_json(*command, flags->json_output);
   add_quiet(*command, flags->quiet);
   command->callback([flags] { run(*flags); });

@@ -141,17 +141,17 @@ void run(const ExportFlags& flags) {
 
 void add_export_command(CLI::App& program) {
   auto flags = std::make_shared<ExportFlags>();
-  CLI::App* command = program.add_subcommand(
-      "export", "A model as a page for browsers, or as a plain textured mesh for other programs");
+  CLI::App* command =
+      program.add_subcommand("export", "Write a model as a page for browsers, or as a plain textured mesh");
   add_file(*command, "MODEL", flags->model, "MODEL", "Folder or .glb that `lumatlas build` wrote")->required();
   begin_group(*command, "Files");
   add_choice(*command, "--to", flags->options.form, kForms,
-             "One glTF file, a folder with scene.gltf or scene.obj, or a page");
+             "Form: one glTF file, a folder with scene.gltf or scene.obj, or a page");
   add_file(*command, "-o,--output", flags->output, "PATH",
-           "An earlier export there is replaced; --to web writes a folder, or one file NAME.html")
+           "File or folder; --to web: a folder, or one file NAME.html. An earlier export there is replaced")
       ->required();
   flags->image = add_choice(*command, "--image", flags->options.image.format, kImages,
-                            "How the texture is kept; --to web: jpeg, without webp");
+                            "Image format of the texture; --to web: jpeg, without webp");
   flags->quality =
       command->add_option("--quality", flags->options.image.quality, "Quality of the files, with --image jpeg or webp")
           ->type_name("Q")
@@ -160,21 +160,23 @@ void add_export_command(CLI::App& program) {
                     "Keep the scene's axes; without it up, as the cameras were held, is +y");
   begin_group(*command, "Texture");
   LayoutOptions& layout = flags->options.texture.layout;
-  command->add_option("--texture", layout.most_side_px, "The longest side that a page may have")
+  command->add_option("--texture", layout.most_side_px, "Longest side of a texture page")
       ->type_name("PX")
       ->transform(whole_number(64, 16384));
-  command->add_option("--pages", layout.most_pages, "Pages that it may take")
+  command->add_option("--pages", layout.most_pages, "Most texture pages")
       ->type_name("N")
       ->transform(whole_number(1, 64));
   command
       ->add_option("--density", flags->options.texture.texels_per_pixel,
-                   "Texels for each pixel of a photograph, a side")
+                   "Texels along the side of a photograph's pixel")
       ->type_name("D")
       ->check(number_between(0.01, 4));
   add_choice(*command, "--exposure", flags->options.texture.color.exposure, kTextureExposures,
-             "Expose each place as the photographs that see it, or one exposure for the model");
-  add_file(*command, "--from", flags->from, "SCENE",
-           "Colours also from its photographs that the model did not keep, but none that `build --hold` left out");
+             "Use the exposure of the photographs that see a place, or one exposure for the whole model");
+  add_file(
+      *command, "--from", flags->from, "SCENE",
+      "Take colours also from photographs of this scene that the model did not keep; those that `build --hold` left "
+      "out are not used");
   flags->pictures.add_to(*command);
   for (const char* name : {"--images", "--masks"}) command->get_option(name)->needs(command->get_option("--from"));
   begin_group(*command, "Messages");

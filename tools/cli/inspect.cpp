@@ -76,8 +76,8 @@ std::string printed_db(double db) {
 void print_frames(const json& frames) {
   if (frames.is_null()) return;
   const auto percent = [&](const char* name) { return percent_text(frames[name].get<double>()); };
-  std::cout << "frames     photographs show the mesh with " << percent("surface")
-            << " of their pixels, what is far with " << percent("far") << ", neither with " << percent("lacking");
+  std::cout << "frames     pixels of the photographs: " << percent("surface") << " show the mesh, " << percent("far")
+            << " the far surroundings, " << percent("lacking") << " neither";
   const json& gain = frames["largest_gain_db"];
   if (frames["to_match"] == 0) {
     std::cout << ": build adds no surface"
@@ -130,7 +130,7 @@ void inspect_as_model(const InspectFlags& flags) {
 
 void add_inspect_command(CLI::App& program) {
   auto flags = std::make_shared<InspectFlags>();
-  CLI::App* command = program.add_subcommand("inspect", "What is in a scene or a model, and what is wrong with it");
+  CLI::App* command = program.add_subcommand("inspect", "Say what is in a scene or a model, and what is wrong with it");
   add_file(*command, "SCENE", flags->scene, "SCENE", "COLMAP workspace: sparse/ and images/, with a mesh; or a model")
       ->required();
   begin_group(*command, "For a scene");

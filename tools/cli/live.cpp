@@ -255,7 +255,8 @@ void add_live_command(CLI::App& program) {
           ->type_name("PORT")
           ->transform(whole_number(0, 65535))
           ->default_str("");
-  command->add_option("--speed", options.speed, "Times as fast as it was taken")->type_name("X");
+  command->add_option("--speed", options.speed, "Speed, as a multiple of the speed at which the stream was taken")
+      ->type_name("X");
   command->add_option("--rate", options.rate, "Photographs a second where the capture has no times")->type_name("N");
   flags->hold.add_to(*command, "Leave out every H-th photograph, for validate");
   flags->hold.hold_option->excludes(flags->listen_option);
@@ -265,7 +266,7 @@ void add_live_command(CLI::App& program) {
       ->transform(whole_number(1, 100'000));
   command
       ->add_option("--voxel", options.live.surface.voxel,
-                   "Of the surface, in scene units; without it 6 pixels of the first depth image")
+                   "Side of the surface's voxels, scene units; without it 6 pixels of the first depth image")
       ->type_name("LENGTH");
   command->add_flag("--joint", flags->joint, "Refine all photographs together when the stream has ended");
   command->add_flag("--no-finish", flags->no_finish,

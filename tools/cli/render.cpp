@@ -196,7 +196,7 @@ void run(const RenderFlags& flags) {
 void add_render_command(CLI::App& program) {
   auto flags = std::make_shared<RenderFlags>();
   CLI::App* command = program.add_subcommand(
-      "render", "Pictures or a video of a model, or of what it knows of itself, from given cameras or along a path");
+      "render", "Render pictures or a video of a model, or maps of its measures, from given cameras or along a path");
   flags->add_to(*command);
   command->callback([flags] { run(*flags); });
 }

@@ -159,8 +159,8 @@ void add_synth_command(CLI::App& program) {
   add_file(*command, "-o,--output", flags->output, "DIR", "Folder of the scene; an earlier one there is replaced")
       ->required();
   begin_group(*command, "Photographs");
-  count("--photographs", options.views, "N", "Along the trajectory");
-  command->add_option("--trajectory", flags->trajectory, "Where they are taken")
+  count("--photographs", options.views, "N", "Number of photographs");
+  command->add_option("--trajectory", flags->trajectory, "Path along which they are taken")
       ->type_name("NAME")
       ->check(one_of(names_of_trajectories()))
       ->default_str("hilbert in the village, walk elsewhere");
@@ -169,14 +169,14 @@ void add_synth_command(CLI::App& program) {
   command->add_option("--fov", options.fov_deg, "Horizontal field of view")->type_name("DEGREES");
   count("--samples", options.samples, "N", "Light paths a pixel");
   begin_group(*command, "Mesh");
-  count("--triangles", options.triangles, "N", "About this many");
+  count("--triangles", options.triangles, "N", "Approximate number of triangles");
   count("--seed", options.seed, "N", "Seed of shapes, patterns and the grain of the photographs");
   command->add_option("--district", flags->district, "Number of different villages side by side, along x and y")
       ->type_name("NxM");
   begin_group(*command, "Truth to score against");
   count("--path-frames", options.path_frames, "N",
         "Also write DIR/path, consecutive frames of a smooth path, for `lumatlas validate --flicker`");
-  command->add_option("--path-step", options.path_step, "Between the frames of the path, scene units")
+  command->add_option("--path-step", options.path_step, "Distance between the frames of the path, scene units")
       ->type_name("LENGTH");
   count("--test-views", options.test_views, "N",
         "Also write DIR/test, views of random poses, for `lumatlas validate --test`");

@@ -294,7 +294,7 @@ void add_validate_command(CLI::App& program) {
   auto flags = std::make_shared<ValidateFlags>();
   CLI::App* command = program.add_subcommand("validate", "Score a model on held-out photographs, with an HTML report");
   add_file(*command, "MODEL", flags->model, "MODEL", "Folder or .glb that `lumatlas build` wrote")->required();
-  begin_group(*command, "What is scored");
+  begin_group(*command, "Photographs");
   add_file(*command, "--views", flags->views, "SCENE", "The scene that the model was built from");
   flags->pictures.add_to(*command);
   flags->hold.add_to(*command, "Score every H-th view by name; without it, as the model was built");
@@ -306,8 +306,8 @@ void add_validate_command(CLI::App& program) {
       command
           ->add_option(
               "--baselines", flags->baselines,
-              "To compare with: what `lumatlas export` makes, without and with --from, all input views at once, "
-              "averaged colours")
+              "Baselines to score too: the textured mesh of `lumatlas export`, the same with --from, all input views "
+              "at once, averaged vertex colours")
           ->type_name("NAMES")
           ->check(one_of({"texture", "texture-all", "unbounded", "vertex", "none"}))
           ->delimiter(',')
@@ -315,12 +315,12 @@ void add_validate_command(CLI::App& program) {
   command->add_flag("--full", flags->full, "Compare with unbounded too, which takes long: --baselines unbounded,vertex")
       ->excludes(baselines);
   command->add_flag("--no-alignment", flags->no_alignment, "Leave out the aligned score, which takes half of the time");
-  begin_group(*command, "How it is drawn");
+  begin_group(*command, "Drawing");
   flags->blend.add_to(*command);
   begin_group(*command, "Report and messages");
   add_file(*command, "-o,--output", flags->output, "DIR",
            "Folder of the report; without it report/ in the model, or NAME-report beside NAME.glb");
-  command->add_flag("--no-pictures", flags->no_pictures, "Scores only");
+  command->add_flag("--no-pictures", flags->no_pictures, "Write scores alone, no pictures");
   add_json(*command, flags->json_output);
   add_quiet(*command, flags->quiet);
   add_timing_to(*command, *flags);

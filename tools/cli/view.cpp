@@ -76,7 +76,7 @@ void add_view_command(CLI::App& program) {
   auto flags = std::make_shared<ViewFlags>();
   CLI::App* command = program.add_subcommand("view", "Show a model in the browser, until Ctrl-C");
   add_file(*command, "MODEL", flags->model, "MODEL", "Folder or .glb that `lumatlas build` wrote")->required();
-  command->add_flag("--follow", flags->follow, "Show what becomes of it: each time that it is replaced, what changed");
+  command->add_flag("--follow", flags->follow, "Follow the model: show what has changed each time that it is replaced");
   begin_group(*command, "Server");
   command->add_option("--host", flags->server.host, "Listen at another address; then others may see the model")
       ->type_name("ADDRESS")

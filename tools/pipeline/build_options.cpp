@@ -15,7 +15,7 @@ void check_watch(const BuildOptions& options) {
   const WatchOptions& watch = *options.watch;
   require(options.choice == ViewChoice::online, "choice must be ViewChoice::online");
   require(options.order == StreamOrder::given, "order must be StreamOrder::given");
-  require(!options.hold_out, "hold_out must not be: it goes by the names of all photographs");
+  require(!options.hold_out, "hold_out must be empty: it needs the names of all photographs");
   require(options.max_views || options.planner.max_bytes + options.bound.gpu_bytes() > 0,
           "max_views, planner.max_bytes or bytes of the GPU must bound the model");
   require(watch.interval.count() > 0, "its interval must be above 0");

@@ -28,16 +28,17 @@ Settings<BuildOptions> stream_settings() {
       choice_setting(
           "stream.order", &Options::order,
           {{"given", StreamOrder::given}, {"reversed", StreamOrder::reversed}, {"shuffled", StreamOrder::shuffled}},
-          "In which photographs are offered; given: by name"),
-      choice_setting("stream.choice", &Options::choice,
-                     {{"online", ViewChoice::online},
-                      {"offline", ViewChoice::offline},
-                      {"uniform", ViewChoice::uniform},
-                      {"random", ViewChoice::random}},
-                     "The planner, photograph by photograph, or, to compare with, one that sees all cameras first, "
-                     "even spacing, chance"),
+          "Order in which photographs are offered; given: by name"),
+      choice_setting(
+          "stream.choice", &Options::choice,
+          {{"online", ViewChoice::online},
+           {"offline", ViewChoice::offline},
+           {"uniform", ViewChoice::uniform},
+           {"random", ViewChoice::random}},
+          "Choice of the photographs: by the planner, one after the other; to compare with, by one that knows all "
+          "cameras, evenly spaced, at random"),
       whole_setting("stream.seed", &Options::seed, "N", whole_number_rule(0),
-                    "With stream.order shuffled or stream.choice random"),
+                    "Seed of stream.order shuffled and stream.choice random"),
   };
 }
 
@@ -49,23 +50,22 @@ Settings<BuildOptions> surface_settings() {
       {within<BuildOptions>("surface.",
                             Settings<CompletionOptions>{switch_setting(
                                 "far-sphere", &CompletionOptions::far_sphere,
-                                "Show sky and distant surroundings; off: fill them like holes, from what is beside "
-                                "them")},
+                                "Show sky and distant surroundings; off: fill them like holes, from their "
+                                "surroundings in the picture")},
                             far_sphere),
        {switch_setting("surface.exact", &BuildOptions::measure_deviation,
-                       "Take the surface as exact: pictures are sharp also where photographs disagree on it", false)}});
+                       "Take the surface as exact, and draw it sharp also where photographs disagree on it", false)}});
 }
 
 Settings<BuildOptions> tight_settings() {
   return {named_setting<BuildOptions, HeldTexels>(
               "tiles.texels", {{"auto", HeldTexels::automatic}, {"rgb8", HeldTexels::rgb8}, {"bc7", HeldTexels::bc7}},
               held_texels, hold_texels,
-              "How photographs are held on the GPU: rgb8, as they are, bc7, compressed to a third of the bytes; auto: "
-              "bc7 where a budget in bytes has no room for them whole, or where --budget auto measures that at most "
-              "half of --loss is lost"),
+              "Format of photographs on the GPU: rgb8, exact; bc7, compressed to a third of the bytes; auto: bc7 if a "
+              "budget in bytes needs it, or if --budget auto measures that it loses at most half of --loss"),
           number_setting("budget.least-scale", &BuildOptions::least_scale, "SHARE", number_rule(0.1, 1),
-                         "With --budget auto or in bytes, share of a photograph's width and height that all may be "
-                         "downscaled to")};
+                         "Smallest scale, of width and height, to which --budget auto or in bytes may downscale "
+                         "photographs")};
 }
 
 Settings<BuildOptions> further_refinement_settings() {

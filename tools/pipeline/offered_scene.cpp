@@ -35,10 +35,10 @@ RefinementOptions refinement_of(const ModelNotes& notes, const std::filesystem::
     refinement.alignment.white_balance = refinement.alignment.exposure && refinement.alignment.white_balance;
     check(refinement);
   } catch (const nlohmann::json::exception& error) {
-    throw InputError(model.string() + ": its notes say of refinement what cannot be read (" + error.what() +
+    throw InputError(model.string() + ": its notes on refinement cannot be read (" + error.what() +
                      "): build the model again");
   } catch (const std::invalid_argument& error) {
-    throw InputError(model.string() + ": its notes say of refinement what cannot be (" + error.what() +
+    throw InputError(model.string() + ": its notes on refinement have impossible values (" + error.what() +
                      "): build the model again");
   }
   return refinement;

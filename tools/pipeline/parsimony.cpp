@@ -131,8 +131,9 @@ void give_up_within_loss(Planner& planner, Atlas& atlas, SeenSurface& seen, cons
     try {
       give_up_by_measurement(planner, atlas, seen, make_visibility, stream, bounds, stage, result);
     } catch (const GlError& error) {
-      result.warnings.push_back(std::string("less is given up than could be, for what it costs cannot be measured: ") +
-                                error.what());
+      result.warnings.push_back(
+          std::string("the model is larger than --loss may allow, because its loss cannot be measured: ") +
+          error.what());
     }
     stage.finish();
   }

@@ -66,7 +66,8 @@ void GrowingScene::read_list(News& news) {
   } catch (const InputError& error) {
     list_error_ = error.what();
     if (list_rested_ < kPatience || list_error_named_) return;
-    news.warnings.push_back(list_error_ + (listed_.empty() ? "; waiting for it" : "; what it listed before stands"));
+    news.warnings.push_back(
+        list_error_ + (listed_.empty() ? "; waiting for it" : "; the photographs that it listed before are kept"));
     list_error_named_ = true;
   }
 }

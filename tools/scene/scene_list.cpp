@@ -37,7 +37,7 @@ void check_is_folder(const fs::path& folder) {
   std::error_code error;
   const fs::file_status status = fs::status(folder, error);
   if (status.type() == fs::file_type::none) {
-    throw InputError(folder.string() + ": cannot be looked at (" + error.message() + ")");
+    throw InputError(folder.string() + ": cannot be accessed (" + error.message() + ")");
   }
   if (!fs::is_directory(status)) {
     throw InputError(folder.string() + ": no such folder, but the photographs must be in it");
@@ -189,7 +189,7 @@ void fit_to_photograph(ListedView& listed) {
   SceneView& view = listed.view;
   std::error_code error;
   const bool is_there = fs::exists(view.image, error);
-  if (error) throw InputError(view.image.string() + ": cannot be looked at (" + error.message() + ")");
+  if (error) throw InputError(view.image.string() + ": cannot be accessed (" + error.message() + ")");
   if (!is_there) {
     const bool has_folder = fs::is_directory(view.image.parent_path(), error);
     throw InputError(view.image.string() + ": no such photograph, but " + listed.named_by + " names it" +

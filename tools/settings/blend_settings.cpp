@@ -15,35 +15,37 @@ Settings<BlendOptions> blend_fields() {
   using Options = BlendOptions;
   return {
       whole_setting("views", &Options::views, "N", whole_number_rule(1, kMaxBlendedViews),
-                    "How many views are blended at a pixel: the paper's K"),
+                    "Number of views blended at a pixel: the paper's K"),
       number_setting("direction-weight", &Options::lambda, "W", number_rule(0, 1),
                      "Weight of direction against distance when views are blended"),
-      choice_setting("position", &Options::position,
-                     {{"ratio", Options::Position::ratio}, {"printed", Options::Position::printed}},
-                     "How a view's distance counts"),
+      choice_setting(
+          "position", &Options::position,
+          {{"ratio", Options::Position::ratio}, {"printed", Options::Position::printed}},
+          "Weight by a view's distance: 1 at the distance of the picture's camera, falling both ways; printed: growing "
+          "with the view's distance"),
       switch_setting("rims", &Options::rims,
-                     "Show the nearer sides of depth edges from about where they were photographed"),
+                     "Show the nearer side of a depth edge in pictures from near the photograph's camera"),
       switch_setting("fade-last", &Options::fade_last,
                      "Subtract the weight of the best view that is not blended, so that views enter and leave at 0"),
-      switch_setting("consistent", &Options::consistent,
-                     "Show a photograph alone in a picture from where it was taken"),
+      switch_setting("consistent", &Options::consistent, "Show one photograph alone in a picture from its own camera"),
       number_setting("frame-fade", &Options::frame_fade, "SHARE", number_rule(0, 0.5),
-                     "Over which a view fades out at its photograph's border, as a share of the shorter side"),
+                     "Width over which a view fades out at its photograph's border, as a share of the shorter side"),
       choice_setting("sampling", &Options::sampling,
                      {{"linear", Options::Sampling::linear}, {"cubic", Options::Sampling::cubic}},
-                     "Between a photograph's pixels; cubic is sharper"),
-      switch_setting("soften", &Options::soften, "Blur photographs seen from beside where the surface is uncertain"),
+                     "Interpolation between a photograph's pixels; cubic is sharper"),
+      switch_setting("soften", &Options::soften,
+                     "Blur photographs in pictures from other directions where the surface is uncertain"),
       switch_setting("soft-edges", &Options::soft_edges,
                      "Blur the picture across depth edges where the nearer surface is uncertain"),
       switch_setting("prefilter", &Options::prefilter,
                      "Sample photographs that were taken from nearer at their coarser levels"),
       number_setting("border-width", &Options::border_width, "SHARE", number_rule(0, 1),
-                     "Over which neighbouring cells fade into each other, as a share of the cell size"),
+                     "Width over which neighbouring cells fade into each other, as a share of the cell size"),
       choice_setting("antialias", &Options::antialias,
                      {{"silhouettes", Options::Antialias::silhouettes}, {"all", Options::Antialias::all}},
-                     "Which pixels --supersample is about; all takes N x N + 1 times as long"),
+                     "Pixels that --supersample draws as means; all takes N x N + 1 times as long"),
       number_setting("occlusion-tolerance", &Options::occlusion_tolerance, "SHARE", not_negative_rule(),
-                     "A point may lie this share of its depth behind what a photograph sees"),
+                     "Share of its depth that a point may lie behind what a photograph sees"),
   };
 }
 
@@ -62,7 +64,8 @@ Setting<BlendOptions> weights_setting() {
       [](BlendOptions& options, bool printed) {
         if (printed) options = BlendOptions::printed();
       },
-      "printed: the paper's formulas, which set all that has a printed value here, --exposure and --supersample");
+      "Formulas of the weights; printed: those of the paper, which set all settings that have a printed value, "
+      "--exposure and --supersample");
   row.sets_others = true;
   return row;
 }

@@ -22,8 +22,9 @@ Settings<CoverageOptions> coverage_settings() {
       number_setting("ideal-distance", &Options::ideal_distance, "LENGTH", not_negative_rule(),
                      "Camera distance at which a cell is covered best, scene units, 0: the scene's median; with "
                      "coverage.demand off, or coverage.metric departures or printed"),
-      number_setting("distance-sigma", &Options::distance_sigma, "LENGTH", not_negative_rule(),
-                     "How far from the ideal distance coverage falls to 0.6, scene units, 0: half of that distance"),
+      number_setting(
+          "distance-sigma", &Options::distance_sigma, "LENGTH", not_negative_rule(),
+          "Offset from the ideal distance at which coverage falls to 0.6, scene units, 0: half of that distance"),
       whole_setting("references", &Options::max_references, "N", whole_number_rule(1, kMostReferences),
                     "Views that a cell may refer to"),
       number_setting("max-cell-coverage", &Options::max_cell_coverage, "C", not_negative_rule(),
@@ -32,21 +33,21 @@ Settings<CoverageOptions> coverage_settings() {
       switch_setting("demand", &Options::demand,
                      "With coverage.metric directions, weigh cells by how large and from how far the offered views see "
                      "them; off: cells count alike and have one ideal distance"),
-      number_setting("demand-prior", &Options::demand_prior, "N", not_negative_rule(),
-                     "With coverage.demand, views that do not see a cell, added to those that do"),
+      number_setting(
+          "demand-prior", &Options::demand_prior, "N", not_negative_rule(),
+          "With coverage.demand, number of imagined views without a cell that its mean over all views counts"),
       whole_setting("directions", &Options::directions, "N", whole_number_rule(1, kMostDirections),
-                    "With coverage.metric directions, novel directions in which a cell is to be shown"),
+                    "With coverage.metric directions, number of novel directions that are spread over a cell"),
       number_setting("direction-width", &Options::direction_width, "DEGREES", number_rule(kNarrowestDegrees, 180),
                      "With coverage.metric directions, degrees from a novel direction beyond which a view does not "
                      "serve it"),
       number_setting("reference-width", &Options::reference_width, "DEGREES", number_rule(kNarrowestDegrees, 180),
-                     "With coverage.metric directions, the same where a cell's references are chosen"),
+                     "coverage.direction-width where a cell's references are chosen"),
       number_setting("reference-direction-weight", &Options::reference_lambda, "W", number_rule(0, 1),
-                     "With coverage.metric directions, weight of direction against position where references are "
-                     "chosen"),
+                     "coverage.direction-weight where a cell's references are chosen"),
       whole_setting("views-per-direction", &Options::views_per_direction, "N",
                     whole_number_rule(1, Options::kMostViewsPerDirection),
-                    "With coverage.metric directions, how many of its best views a novel direction counts"),
+                    "With coverage.metric directions, number of best views that a novel direction counts"),
   };
 }
 

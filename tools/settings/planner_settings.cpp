@@ -38,7 +38,7 @@ Setting<PlannerOptions> metric_setting() {
       "coverage.metric",
       {{"directions", Metric::directions}, {"departures", Metric::departures}, {"printed", Metric::printed}}, metric_of,
       set_metric,
-      "How well novel directions are served, or the paper's measure where departures from it are better, or as "
+      "Measure of coverage: how well novel directions are served, the paper's with departures, or the paper's as "
       "printed; the latter two set planner.min-gain " +
           value_text(kPaperMinViewGain) + " and planner.min-reference-gain " + value_text(kPaperMinReferenceGain));
   row.sets_others = true;
@@ -55,9 +55,9 @@ Settings<PlannerOptions> gain_settings() {
                      "on average; at 1, with planner.min-gain 0, coverage.metric directions, no --budget and no "
                      "outliers, the store is never worth less than a quarter of the best"),
       number_setting("planner.min-reference-gain", &Options::min_reference_gain, "GAIN", not_negative_rule(),
-                     "Coverage that a view must add to a full cell to take a reference's place"),
+                     "Coverage that a view must add to a cell with all its references to replace one of them"),
       whole_setting("planner.victims", &Options::victims, "N", whole_number_rule(0, 1u << 20),
-                    "How many of the stored views that are missed least are considered for replacement; 0: all"),
+                    "Number of stored views considered for replacement, those of least loss first; 0: all"),
       whole_setting("planner.visibility", &Options::visibility_px, "PX", whole_number_rule(1, 65536),
                     "Longer side of the image that cells are counted in"),
   };

@@ -14,17 +14,17 @@ Settings<AlignmentOptions> alignment_settings() {
   using Options = AlignmentOptions;
   return {
       switch_setting("white-balance", &Options::white_balance,
-                     "Correct the exposure of each colour channel for itself"),
+                     "Correct the exposure of each colour channel on its own"),
       number_setting("prior", &Options::prior, "P", not_negative_rule(),
                      "Strength of the pull towards the given poses; more for poses that are nearly right"),
       number_setting("max-move", &Options::max_move, "SHARE", number_rule(kAboveZero, 1),
-                     "How far a pose may move its picture, as a share of the longer side"),
+                     "Most that a corrected pose may move the picture, as a share of its longer side"),
       number_setting("least-improvement", &Options::least_improvement, "SHARE", number_rule(0, kBelowOne),
-                     "A pose is refused that lowers the residual by less than this share"),
+                     "Share by which a corrected pose must lower the residual to be accepted"),
       number_setting("least-move", &Options::least_move_px, "PX", not_negative_rule(),
-                     "A refined pose stays where it is unless its picture moves by this many pixels"),
+                     "Least movement of the picture, pixels, for which a corrected pose is accepted"),
       whole_setting("levels", &Options::levels, "N", whole_number_rule(1, 64),
-                    "Levels of the photographs' pyramids to compare, the finest ones"),
+                    "Number of pyramid levels to compare, from the finest on"),
       whole_setting("iterations", &Options::max_iterations, "N", whole_number_rule(1, 10000),
                     "Largest number of steps on a level"),
   };
@@ -37,15 +37,15 @@ Settings<TrustOptions> trust_settings() {
       whole_setting("grid", &Options::grid_px, "PX", whole_number_rule(8, 65536),
                     "Longer side of the image in which views are compared"),
       number_setting("least-difference", &Options::least_difference, "D", number_rule(kAboveZero, 1),
-                     "A contradiction differs by more, in square roots of linear light"),
+                     "Least difference of a contradiction, in square roots of linear light"),
       number_setting("least-to-spread", &Options::least_to_spread, "N", not_negative_rule(),
-                     "A contradiction differs by more than this many median deviations of the others"),
+                     "Least difference of a contradiction, in median deviations of the other photographs"),
       whole_setting("least-views", &Options::least_views, "N", whole_number_rule(1, 65536),
-                    "Number of other views that a contradiction takes"),
+                    "Number of other views that a contradiction needs"),
       number_setting("comparable", &Options::comparable_deg, "DEGREES", number_rule(0, 180),
-                     "Views from within this angle are evidence"),
+                     "Largest angle between views that can contradict each other"),
       number_setting("highlight", &Options::highlight_deg, "DEGREES", number_rule(0, 180),
-                     "Views from within this angle show the same highlight"),
+                     "Largest angle between views that show the same highlight"),
   };
 }
 
@@ -63,7 +63,7 @@ Settings<RefinementOptions> refinement_settings() {
       number_setting("least-correlation", &Options::least_correlation, "C", number_rule(-1, 1),
                      "A view whose correlation with the others stays below this is an outlier"),
       number_setting("least-views", &Options::least_views, "N", not_negative_rule(),
-                     "Other views that must show each of its points, in the mean, before a view can be an outlier"),
+                     "Mean number of other views at its points from which on a view can be an outlier"),
   };
 }
 

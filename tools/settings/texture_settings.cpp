@@ -5,9 +5,9 @@ namespace lumatlas {
 
 Settings<ColorOptions> color_settings() {
   return {number_setting("sharpness", &ColorOptions::sharpness, "P", number_rule(0, 16),
-                         "How much frontal and near photographs count for detail"),
+                         "Exponent by which frontal and near photographs weigh more in the detail"),
           number_setting("tolerance", &ColorOptions::tolerance, "T", number_rule(0.001, 10),
-                         "Difference of photographs that counts as one, of square roots of light")};
+                         "Difference, in square roots of linear light, at which a photograph counts for a quarter")};
 }
 
 Settings<ChartOptions> chart_settings() {
@@ -16,7 +16,7 @@ Settings<ChartOptions> chart_settings() {
           number_setting("most-angle", &ChartOptions::most_degrees, "DEGREES", number_rule(0, 85),
                          "Largest angle under which a chart shows a face, at least charts.merge-angle"),
           number_setting("reach", &ChartOptions::reach, "N", not_negative_rule(),
-                         "How many cell sizes away from a chart's first cell a cell may join it")};
+                         "Most cell sizes between a chart's first cell and a cell that joins it")};
 }
 
 Settings<TextureOptions> texture_settings() {

@@ -19,8 +19,8 @@ Settings<TileOptions> tile_settings() {
   using Options = TileOptions;
   Setting<Options> gutter =
       whole_setting("gutter", &Options::gutter_px, "PX", name_rule({"1", "2", "4", "8"}),
-                    "Around a tile; 2 to the number of its coarser levels, with tiles.texels bc7 of its levels, and 4 "
-                    "unless given");
+                    "Pixels around a tile that are kept with it; 1, 2, 4 or 8 allow 0, 1, 2 or 3 coarser levels, with "
+                    "tiles.texels bc7 one fewer; with bc7 4 unless given");
   return {
       named_setting<Options, bool>(
           "layout", {{"tiles", false}, {"layers", true}}, [](const Options& options) { return options.whole_views(); },

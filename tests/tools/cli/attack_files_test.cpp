@@ -474,7 +474,7 @@ TEST_CASE("a folder that cannot be looked into is not called missing") {
     fs::remove_all(scene / name);
     fs::create_symlink(fs::path(name).filename(), scene / name);  // a link to itself, which root cannot follow either
     const Outcome outcome = lumatlas({"build", scene.string(), "-o", (folder / "out").string(), "--quiet"});
-    check_failure(outcome, "cannot be looked at (Too many levels of symbolic links)");
+    check_failure(outcome, "cannot be accessed (Too many levels of symbolic links)");
     CHECK_THAT(outcome.err, Catch::Contains((scene / name).string()));
   }
 }

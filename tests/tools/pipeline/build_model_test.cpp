@@ -635,7 +635,7 @@ TEST_CASE("a model of fewer faces says how many were taken away and how far the 
     const BuildResult result = build_model(small_scene(), options);
     const nlohmann::json totals = summary(result, options);
     CHECK(totals["faces"]["kept"] == result.snapshot.surface->mesh.faces.size());
-    const bool told = summary_text(totals, "out").find("taken away, by which the surface moved ") != std::string::npos;
+    const bool told = summary_text(totals, "out").find("removed, which moved the surface by ") != std::string::npos;
     CHECK(told == (totals["faces"]["taken_away"] > 0));
     return totals["faces"];
   };

@@ -34,7 +34,7 @@ void require_as_colmap_sees_it(const fs::path& scene, const SceneView& view) {
   const std::string place = scene.string() + ": the pose of " + view.name;
   if (view.panorama) throw InputError(place + " is that of a panorama, for which --poses cannot be used");
   if (static_cast<std::int32_t>(view.lens.model) >= kColmapModelCount) {
-    throw InputError(place + " has a lens of which COLMAP has no model (" + std::string(name(view.lens.model)) +
+    throw InputError(place + " has a lens for which COLMAP has no model (" + std::string(name(view.lens.model)) +
                      "): give undistorted photographs with their poses, or leave --poses out");
   }
   if (view.orientation == Orientation::exif) {

@@ -24,13 +24,13 @@ std::string defaults(const std::string& ours, const std::string& printed) {
 void BlendFlags::add_to(CLI::App& command) {
   const BlendOptions ours, printed = BlendOptions::printed();
   CLI::Option* const paper =
-      command.add_flag("--paper", paper_, "Blend as the paper prints it, for models of `build --paper`");
+      command.add_flag("--paper", paper_, "Blend by the formulas of the paper, for models of `build --paper`");
   command.add_flag("--draft", draft_, "Draw faster, with coarser sampling and edges")->excludes(paper);
   exposure_option_ = add_choice(command, "--exposure", exposure_, kExposures,
-                                "Expose as the photographs taken nearby, or one exposure for the model",
+                                "Use the exposure of the photographs taken nearby, or one exposure for the whole model",
                                 defaults(name_of(kExposures, ours.exposure), name_of(kExposures, printed.exposure)));
   supersample_option_ =
-      command.add_option("--supersample", supersample_, "Pixels at silhouettes are means of N x N")
+      command.add_option("--supersample", supersample_, "Draw pixels at silhouettes as means of N x N samples")
           ->type_name("N")
           ->transform(whole_number(1, kMostSupersampling))
           ->default_str(defaults(std::to_string(ours.supersample), std::to_string(printed.supersample)));

@@ -67,19 +67,20 @@ void BuildFlags::add_model_to(CLI::App& command) {
           ->type_name("DB")
           ->check(finite_not_negative());
   add_cell_size(command, options.cells);
-  command.add_option("--faces", faces, "Faces of the mesh: keep (all), auto (as many as pictures show) or a number")
+  command.add_option("--faces", faces, "Target face count: a number, keep (all), or auto (as many as pictures show)")
       ->type_name("N")
       ->transform(count_or({kAuto, kKeep}))
       ->default_str("keep; with a --budget of bytes auto");
-  refine = add_choice(command, "--refine", options.refine, kRefinements,
-                      "What is corrected: gain, pose, lens, masks; joint: all of it, then all photographs together");
-  command.add_flag("--paper", paper, "Measure, mask and take the mesh as the paper; --refine all unless given");
+  refine =
+      add_choice(command, "--refine", options.refine, kRefinements,
+                 "Correct exposures, poses, or all with lenses and masks; joint: all, then all photographs together");
+  command.add_flag("--paper", paper, "Use the paper's measures, masks and mesh, and --refine all unless given");
 }
 
 void BuildFlags::add_messages_to(CLI::App& command) {
   begin_group(command, "Messages");
   add_json(command, json_output);
-  command.add_flag("--verbose", verbose, "Print a line for each view: what was refined of it");
+  command.add_flag("--verbose", verbose, "Print for each view how its pose and exposure were corrected");
   command.add_flag("--view", view, "Show the model in the browser while it is built, and until Ctrl-C");
   add_quiet(command, quiet);
 }
@@ -88,9 +89,9 @@ void BuildFlags::add_rare_mesh_options_to(CLI::App& command) {
   begin_rare_group(command, "a mesh in another frame than the poses, or with holes; a place on the Earth");
   mesh_frame.add_to(command);
   georeference.add_to(command);
-  command.add_flag("--any-mesh", options.any_mesh,
-                   "Build also where most photographs see next to nothing of the mesh, or it is certainly in another "
-                   "frame, rather than refuse");
+  command.add_flag(
+      "--any-mesh", options.any_mesh,
+      "Build even if most photographs see next to nothing of the mesh, or if it is certainly in another frame");
   command.add_option("--close-holes", options.close_holes, "Close holes of the mesh up to this across, scene units")
       ->type_name("LENGTH")
       ->check(finite_not_negative());
@@ -100,9 +101,10 @@ void BuildFlags::add_rare_model_options_to(CLI::App& command) {
   begin_rare_group(command, "memory, texture and GPU");
   photograph_bytes =
       command
-          .add_option("--photograph-bytes", options.planner.max_bytes,
-                      "Photographs that tiles are cut from, in bytes of their pixels; with --budget and without "
-                      "--max-views four times that")
+          .add_option(
+              "--photograph-bytes", options.planner.max_bytes,
+              "Most bytes for the pixels of stored photographs; with --budget and without --max-views four times "
+              "the budget")
           ->type_name("SIZE")
           ->transform(byte_size())
           ->default_str("");
@@ -121,7 +123,7 @@ void BuildFlags::add_rare_model_options_to(CLI::App& command) {
       ->transform(count_or({kNoTexture}));
   add_choice(command, "--visibility-by", options.visibility_by,
              {{"rays", VisibilityBy::rays}, {"gl", VisibilityBy::gl}},
-             "What finds the visible surface: rays on the processor, or OpenGL on the GPU");
+             "Find the visible surface by rays on the processor, or by OpenGL on the GPU");
 }
 
 void BuildFlags::add_rare_watch_options_to(CLI::App& command) {

@@ -26,18 +26,19 @@ constexpr std::uint64_t kMostPixelsASide = 65536;
 }  // namespace
 
 void RenderFlags::add_cameras_to(CLI::App& command) {
-  begin_group(command, "From where, exactly one of these");
-  of_scene_ = add_file(command, "--views", views, "SCENE", "The cameras of a scene, at the size of its photographs");
+  begin_group(command, "Cameras: give exactly one of these");
+  of_scene_ = add_file(command, "--views", views, "SCENE",
+                       "Render from the cameras of a scene, at the size of its photographs");
   CLI::Option* const along_keys =
-      add_file(command, "--path", path, "FILE", "Key frames in JSON, which the camera moves through smoothly");
-  CLI::Option* const around = command.add_flag("--orbit", orbit, "Once around what the model's views look at");
+      add_file(command, "--path", path, "FILE", "Move smoothly through the key frames of a JSON file");
+  CLI::Option* const around = command.add_flag("--orbit", orbit, "Move once around what the model's views look at");
   CLI::Option* const through =
-      command.add_flag("--walk", walk, "Through the cameras of the model's views, in the order of their names");
+      command.add_flag("--walk", walk, "Move through the cameras of the model's views, in the order of their names");
   CLI::Option* const along_hilbert =
-      command.add_flag("--hilbert", hilbert, "Along a Hilbert curve over the scene's ground");
+      command.add_flag("--hilbert", hilbert, "Move along a Hilbert curve over the scene's ground");
   cameras_ = {of_scene_, along_keys, around, through, along_hilbert};
-  begin_group(command, "Which of them, and how large");
-  hold.add_to(command, "With --views, only those that `validate --hold H` scores");
+  begin_group(command, "Number and size of the pictures");
+  hold.add_to(command, "With --views, render only the views that `validate --hold H` scores");
   hold.hold_option->needs(of_scene_);
   command.add_option("--frames", frames, "Number of pictures of a path")
       ->type_name("N")
@@ -58,19 +59,21 @@ void RenderFlags::add_cameras_to(CLI::App& command) {
 }
 
 void RenderFlags::add_mode_to(CLI::App& command) {
-  begin_group(command, "What is shown");
-  add_choice(command, "--mode", mode, kModes, "Of each pixel; error: against the photograph");
-  command.add_option("--range", range, "Of a mode's colours; without it the mode's own")
+  begin_group(command, "Picture");
+  add_choice(command, "--mode", mode, kModes,
+             "What the colour of a pixel shows: the picture, a measure of the model, or, with --views, the error "
+             "against the photograph");
+  command.add_option("--range", range, "Values at the two ends of a mode's colour scale; without it the mode's own")
       ->type_name("LEAST MOST")
       ->expected(2)
       ->default_str("");
-  command.add_flag("--no-color-bar", no_color_bar, "Leave out the bar below a mode's picture that says what it means");
-  command.add_option("--background", background, "Behind the mesh: blur, alpha, white, #rrggbb")
+  command.add_flag("--no-color-bar", no_color_bar, "Leave out the colour scale below a mode's picture");
+  command.add_option("--background", background, "Background behind the mesh: blur, alpha, white, #rrggbb")
       ->type_name("NAME")
       ->check([](const std::string& name) {
         return background_named(name) ? std::string() : name + " is none of alpha, blur, black, white or #rrggbb";
       })
-      ->default_str("what is far");
+      ->default_str("the far sphere");
   blend.add_to(command);
 }
 
@@ -79,14 +82,14 @@ void RenderFlags::add_files_to(CLI::App& command) {
   add_file(command, "-o,--output", output, "DIR", "Folder of the pictures; earlier ones there are replaced")
       ->required();
   add_choice(command, "--format", format, kPictureFormats,
-             "exr has linear light, or a mode's numbers; mp4 is one video, made by ffmpeg");
+             "Files to write; exr has linear light, or a mode's numbers; mp4 is one video, made by ffmpeg");
   frames_per_second_option_ = command.add_option("--fps", frames_per_second, "With --format mp4, pictures a second")
                                   ->type_name("N")
                                   ->check(number_between(0.01, 1000));
   add_json(command, json_output);
   add_quiet(command, quiet);
   begin_rare_group(command, "time");
-  command.add_flag("--verbose", verbose, "Tell where the time until the first picture went");
+  command.add_flag("--verbose", verbose, "Print the time of each step until the first picture");
 }
 
 SettingFlags<RenderSettings> RenderFlags::render_settings() {

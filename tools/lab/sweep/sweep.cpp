@@ -154,7 +154,7 @@ std::vector<SweepValue> SweepReader::values(const JsonPlace& place, const SweptO
   std::set<std::string> labels;
   for (const JsonPlace& element : at_scale(place).elements()) {
     values.push_back(value(element, option));
-    if (!labels.insert(values.back().label).second) element.refuse("\"" + values.back().label + "\" is there twice");
+    if (!labels.insert(values.back().label).second) element.refuse("\"" + values.back().label + "\" occurs twice");
   }
   if (values.empty()) place.refuse("has no value at scale " + std::string(name_of(scale_)));
   return values;
@@ -167,7 +167,7 @@ std::vector<SweepSeries> SweepReader::series(const JsonPlace& file) const {
     place.expect_keys({"label"}, {"mark", "once", "option", "values", "synth", "mesh", "build", "validate"});
     SweepSeries one;
     one.label = place.at("label").text();
-    if (!labels.insert(one.label).second) place.refuse("\"" + one.label + "\" is there twice");
+    if (!labels.insert(one.label).second) place.refuse("\"" + one.label + "\" occurs twice");
     if (place.has("mark")) {
       one.mark = place.at("mark").one_of({"default", "printed"}) == "default" ? SweepSeries::Mark::is_default
                                                                               : SweepSeries::Mark::printed;
@@ -207,7 +207,7 @@ std::vector<SweepScene> SweepReader::scenes(const JsonPlace& place) const {
   std::set<std::string> names;
   for (const JsonPlace& element : at_scale(place).elements()) {
     all.push_back(scene(element));
-    if (!names.insert(all.back().name).second) element.refuse("\"" + all.back().name + "\" is there twice");
+    if (!names.insert(all.back().name).second) element.refuse("\"" + all.back().name + "\" occurs twice");
   }
   if (all.empty()) place.refuse("has none at scale " + std::string(name_of(scale_)));
   return all;
@@ -372,7 +372,7 @@ std::vector<Sweep> read_sweeps(const std::filesystem::path& path, SweepScale sca
     sweeps.push_back(reader.sweep(place.with(description)));
     const auto same = [&](const Sweep& sweep) { return sweep.name == sweeps.back().name; };
     if (std::count_if(sweeps.begin(), sweeps.end(), same) > 1) {
-      place.refuse("the name \"" + sweeps.back().name + "\" is there twice");
+      place.refuse("the name \"" + sweeps.back().name + "\" occurs twice");
     }
   }
   if (sweeps.empty()) file.at("sweeps").refuse("is empty, describe at least one");

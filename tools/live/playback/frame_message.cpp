@@ -56,7 +56,8 @@ class Fields {
     } catch (const nlohmann::json::type_error&) {
       throw InputError("has a name that is not UTF-8");
     }
-    if (!inner_path(text)) throw InputError("has a name that could not be a file's in a folder: " + in_quotes(text));
+    if (!inner_path(text))
+      throw InputError("has a name that cannot be the name of a file in a folder: " + in_quotes(text));
     return text;
   }
   // Sets rotation and translation, by rows: three of the rotation, each with its number of the translation behind it.
@@ -78,7 +79,7 @@ class Fields {
     try {
       check(camera);
     } catch (const std::invalid_argument& error) {
-      throw InputError(std::string("has a camera that cannot be: ") + error.what());
+      throw InputError(std::string("has an impossible camera: ") + error.what());
     }
   }
 

@@ -165,7 +165,7 @@ BuildResult result_of(const PlayedSource& source, const PlaybackOptions& options
   BuildResult result;
   result.snapshot = std::move(model.snapshot);
   if (!result.snapshot.surface) {
-    throw InputError(source.scene.root.string() + ": none of the depth images that came makes a surface" +
+    throw InputError(source.scene.root.string() + ": no depth image that arrived gives a surface" +
                      (record.live.last_failure.empty() ? "" : ": " + record.live.last_failure));
   }
   result.options = build_options_of(options);
@@ -282,7 +282,7 @@ class Receiver {
     playback.record = std::move(record_);
     playback.record.ended_early = !ended_;
     playback.record.seconds = seconds();
-    if (!live_) throw InputError("no frame came, so that no model was saved");
+    if (!live_) throw InputError("no frame arrived, so no model was saved");
     std::optional<StreamedFrames> frames;
     if (kept_) frames = kept_->frames();
     finish_playback(*live_, watch_, source_, std::move(frames), options_, callbacks_, playback);

@@ -220,7 +220,7 @@ std::string views_line(const json& s) {
 std::string faces_line(const json& s) {
   const json& faces = s["faces"];
   if (faces["taken_away"] == 0) return "";
-  return faces["kept"].dump() + " faces, " + faces["taken_away"].dump() + " taken away, by which the surface moved " +
+  return faces["kept"].dump() + " faces, " + faces["taken_away"].dump() + " removed, which moved the surface by " +
          printed("%.2g", faces["moved"].get<double>()) + "\n  ";
 }
 
@@ -335,22 +335,21 @@ std::string parsimony_text(const json& p) {
   if (p["short_of_room"].get<bool>()) {
     return text + "; more views were needed than --max-views or --photograph-bytes allow";
   }
-  return is_measured(p) ? text : text + "; what the stream asks for changed after views were rejected";
+  return is_measured(p) ? text : text + "; the demand changed after views were rejected";
 }
 
 std::string frames_text(const json& frames) {
   const auto percent = [&](const char* name) { return percent_text(frames[name].get<double>()); };
-  return "photographs show the mesh with " + percent("surface") + " of their pixels, surface added to it with " +
-         percent("added") + ", what is far with " + percent("far") + "; " + percent("filled") +
+  return "pixels of the photographs: " + percent("surface") + " show the mesh, " + percent("added") +
+         " added surface, " + percent("far") + " the far sphere; " + percent("filled") +
          " are filled from their surroundings";
 }
 
 std::string trust_text(const json& trust) {
   const auto percent = [&](const char* name) { return percent_text(trust[name].get<double>()); };
-  return "of the surface in the photographs " + percent("within_1_px") +
-         " is within 1 pixel of its place when seen from " + number_text(kTrustAngle) + " degrees beside, " +
-         percent("within_2_px") + " within 2, " + percent("within_4_px") + " within 4 (measured on " +
-         percent("measured") + " of it)";
+  return "error of the surface, seen " + number_text(kTrustAngle) + " degrees from a photograph: at most 1 pixel for " +
+         percent("within_1_px") + " of the pixels, 2 for " + percent("within_2_px") + ", 4 for " +
+         percent("within_4_px") + " (measured on " + percent("measured") + ")";
 }
 
 json summary(const BuildResult& result, const BuildOptions& options) {

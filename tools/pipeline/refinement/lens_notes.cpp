@@ -84,7 +84,7 @@ std::string left_as_given(const RefinedLens& lens) {
   const std::string terms = terms_text(lens.estimate.correction, lens.camera);
   if (terms.empty() || lens.estimate.corner_px < kWorthTelling) return {};
   return "lens: left as given; " + terms + " was estimated, which would move a corner by " +
-         number_text(lens.estimate.corner_px, 1) + " px, but makes too little of a difference to be sure of\n";
+         number_text(lens.estimate.corner_px, 1) + " px, but lowers the residual too little to be certain\n";
 }
 
 bool found_black_borders(const ModelNotes& notes) {
@@ -146,10 +146,10 @@ void correct_lenses(std::vector<SceneView>& views, const ModelNotes& notes, cons
       correct(views, camera_from(lens.at("camera")), correction_from(lens.at("correction")));
     }
   } catch (const json::exception& error) {
-    throw InputError(model.string() + ": its notes say of a lens what cannot be read (" + error.what() +
+    throw InputError(model.string() + ": its notes on a lens cannot be read (" + error.what() +
                      "): build the model again");
   } catch (const std::invalid_argument& error) {
-    throw InputError(model.string() + ": its notes say of a lens what cannot be (" + error.what() +
+    throw InputError(model.string() + ": its notes on a lens have impossible values (" + error.what() +
                      "): build the model again");
   }
 }

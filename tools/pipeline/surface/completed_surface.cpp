@@ -335,7 +335,7 @@ CompletedSurface complete_surface(const std::filesystem::path& scene, const Scen
       match_and_change(input, plan.ranks, temporary ? temporary->path() : options.stereo_folder, callback, mesh, seen,
                        result);
     } catch (const InputError& error) {
-      result.warnings.push_back(std::string("the mesh is taken as it is, though photographs show more: ") +
+      result.warnings.push_back(std::string("the mesh is used as given, although photographs show more: ") +
                                 error.what());
     }
   }

@@ -85,7 +85,7 @@ CameraModel lens_in(const JsonPlace& all) {
   try {
     return lens_of(lens);
   } catch (const std::invalid_argument& error) {
-    all.refuse(std::string("a camera that cannot be: ") + error.what());
+    all.refuse(std::string("an impossible camera: ") + error.what());
   }
 }
 

@@ -72,7 +72,7 @@ CameraModel lens_of_matrix(const Matrix& m, const ImageSize& size, const fs::pat
   try {
     return lens_of(lens);
   } catch (const std::invalid_argument& error) {
-    throw InputError(path.string() + ": a camera that cannot be: " + error.what());
+    throw InputError(path.string() + ": an impossible camera: " + error.what());
   }
 }
 

@@ -237,7 +237,7 @@ CameraModel lens_of(const Settings& settings, const PosedPhotograph& frame,
   try {
     return bent_lens(settings, lens);
   } catch (const std::invalid_argument& error) {
-    settings.frame().refuse(std::string("has a camera that cannot be: ") + error.what());
+    settings.frame().refuse(std::string("has an impossible camera: ") + error.what());
   }
 }
 

@@ -127,7 +127,7 @@ CameraModel lens_of_scene(const TumFiles& files, const ImageSize& size, Capture&
   try {
     return lens_of(lens);
   } catch (const std::invalid_argument& error) {
-    throw InputError(path.string() + ": a camera that cannot be: " + error.what());
+    throw InputError(path.string() + ": an impossible camera: " + error.what());
   }
 }
 

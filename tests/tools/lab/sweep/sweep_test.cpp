@@ -151,7 +151,7 @@ TEST_CASE("whatever is wrong with a file of several sweeps is named with its pla
              Catch::Contains("sweeps[1]: must be an object, not string"));
   CHECK_THAT(refusal([](json& f) { f["common"] = 1; }), Catch::Contains("common: must be an object, not number"));
   CHECK_THAT(refusal([](json& f) { f["sweeps"][1]["name"] = "cells"; }),
-             Catch::Contains("sweeps[1]: the name \"cells\" is there twice"));
+             Catch::Contains("sweeps[1]: the name \"cells\" occurs twice"));
   CHECK_THAT(refusal([](json& f) { f["sweeps"][1]["colour"] = 1; }),
              Catch::Contains("sweeps[1].colour: is not known here"));
   CHECK_THAT(refusal([](json& f) { f["common"].erase("title"); }), Catch::Contains("sweeps[0]: has no \"title\""));
@@ -188,7 +188,7 @@ TEST_CASE("whatever is wrong with a sweep is named with its place") {
       {[](json& s) {
          s["values"]["small"] = {1, 1};
        },
-       "values.small[1]: \"1\" is there twice"},
+       "values.small[1]: \"1\" occurs twice"},
       {[](json& s) { s["values"]["small"][0] = json::array({json::array({1})}); },
        "values.small[0][0]: must be a number or a text"},
       {[](json& s) {
@@ -219,7 +219,7 @@ TEST_CASE("whatever is wrong with a sweep is named with its place") {
        },
        "build.hold: must be a number, a text, true, false or a list"},
       {[](json& s) { s["series"] = json::array(); }, "series: is empty"},
-      {[](json& s) { s["series"][1]["label"] = "ours"; }, "series[1]: \"ours\" is there twice"},
+      {[](json& s) { s["series"][1]["label"] = "ours"; }, "series[1]: \"ours\" occurs twice"},
       {[](json& s) { s["series"][1]["mark"] = "best"; },
        "series[1].mark: is \"best\", must be one of default, printed"},
       {[](json& s) { s["series"][1]["once"] = 1; }, "series[1].once: must be true or false, not number"},

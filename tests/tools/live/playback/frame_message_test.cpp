@@ -70,7 +70,8 @@ TEST_CASE("bytes that are no messages are refused with the message's number and 
   CHECK(refused(message_bytes('F', {1, 0})) == "message 2 is shorter than its fields");
   CHECK(refused(message_bytes('E', {0})) == "message 2 is longer than its fields");
   CHECK(refused({'F', 0, 0, 0, 0, 0, 0, 255}) == "message 2 has 4278190080 bytes, more than 64 MiB");
-  CHECK_THAT(refused(frame_bytes("../a", camera, {}, {}, 0)), Catch::Contains("name that could not be a file's"));
+  CHECK_THAT(refused(frame_bytes("../a", camera, {}, {}, 0)),
+             Catch::Contains("name that cannot be the name of a file"));
   CHECK_THAT(refused(frame_bytes("\xff", camera, {}, {}, 0)), Catch::Contains("not UTF-8"));
   CHECK_THAT(refused(frame_bytes("a", camera, {}, {1, 2, 3, 4, 5, 6}, -1)), Catch::Contains("unit of depths"));
   Camera bad = camera;
@@ -80,13 +81,13 @@ TEST_CASE("bytes that are no messages are refused with the message's number and 
   CHECK_THAT(refused(frame_bytes("a", bad, {}, {}, 0)), Catch::Contains("mirrored"));
   bad = camera;
   bad.cam_from_world_translation.x = std::numeric_limits<double>::quiet_NaN();
-  CHECK_THAT(refused(frame_bytes("a", bad, {}, {}, 0)), Catch::Contains("camera that cannot be"));
+  CHECK_THAT(refused(frame_bytes("a", bad, {}, {}, 0)), Catch::Contains("impossible camera"));
   bad = camera;
   bad.width = 0;
   StreamBytes early = greeting_bytes();
   append(early, frame_bytes("a", camera, {}, {}, 0));
   CHECK(refusal_of(early) == "message 1 comes before the lens");
-  CHECK_THAT(refused(lens_bytes(bad)), Catch::Contains("camera that cannot be"));
+  CHECK_THAT(refused(lens_bytes(bad)), Catch::Contains("impossible camera"));
 }
 
 }  // namespace

@@ -129,7 +129,7 @@ TEST_CASE("a stream that ends before a frame came makes no model, and a port is 
   PlaybackCallbacks callbacks;
   callbacks.ended = [] { return true; };
   PlaybackOptions options;
-  CHECK_THROWS_WITH(receive_stream(socket, options, callbacks), Catch::Contains("no frame came"));
+  CHECK_THROWS_WITH(receive_stream(socket, options, callbacks), Catch::Contains("no frame arrived"));
   CHECK_THROWS_WITH(FrameSocket(socket.port()), Catch::Contains("cannot be listened at"));
 }
 

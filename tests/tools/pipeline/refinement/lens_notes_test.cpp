@@ -102,7 +102,7 @@ TEST_CASE("what was estimated of a lens and not applied is told from half a pixe
   CHECK(text(0.2).empty());
   CHECK(text(0.5) ==
         "lens: left as given; principal point (+0.5, +0.5) px was estimated, which would move a corner by 0.7 px, but "
-        "makes too little of a difference to be sure of\n");
+        "lowers the residual too little to be certain\n");
   lens.applied = true;
   CHECK(text(0.5) == "lens: principal point (+0.5, +0.5) px, a corner moves 0.7 px; 7 photographs undistorted again\n");
 }
@@ -233,7 +233,7 @@ TEST_CASE("what was done to a lens is one line with the terms that can be seen")
   CHECK(lenses_text({{lens}}) ==
         "lens: left as given; focal length +1.00 %, principal point (+3.2, +0.0) px, k1 -0.0370 was estimated, which "
         "would "
-        "move a corner by 13.1 px, but makes too little of a difference to be sure of\n");
+        "move a corner by 13.1 px, but lowers the residual too little to be certain\n");
   lens.applied = true;
   CHECK(lenses_text({{lens}}) ==
         "lens: focal length +1.00 %, principal point (+3.2, +0.0) px, k1 -0.0370, a corner moves 13.1 px; "

@@ -200,7 +200,7 @@ TEST_CASE("where depths cannot be had the mesh stays as it is, with a warning") 
   const BuildResult result = scene.build();
   CHECK(result.added_faces == 0);
   CHECK(std::any_of(result.warnings.begin(), result.warnings.end(), [](const std::string& warning) {
-    return warning.starts_with("the mesh is taken as it is, though photographs show more: ");
+    return warning.starts_with("the mesh is used as given, although photographs show more: ");
   }));
 }
 

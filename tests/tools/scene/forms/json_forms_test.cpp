@@ -274,7 +274,7 @@ TEST_CASE("OpenSfM: what is not read or damaged is refused by file, place and va
   CHECK_THAT(lens(kOpenSfmCamera + R"(,"k3":0.5)"), Catch::Contains("c.k3: is not read of a lens of this kind"));
   CHECK(lens(kOpenSfmCamera + R"(,"k3":0)") == "taken");
   CHECK_THAT(lens(R"("width":200,"height":100)"), Catch::Contains("cameras.c: has no \"focal\""));
-  CHECK_THAT(lens(R"("width":200,"height":100,"focal":0)"), Catch::Contains("c: has a camera that cannot be: fx is 0"));
+  CHECK_THAT(lens(R"("width":200,"height":100,"focal":0)"), Catch::Contains("c: has an impossible camera: fx is 0"));
   CHECK_THAT(lens(R"("width":200,"height":100,"focal":NaN)"),
              Catch::Contains("c.focal: is 'NaN', must be a finite number"));
   CHECK_THAT(lens(R"("width":200.5,"height":100,"focal":1)"),
@@ -428,7 +428,7 @@ TEST_CASE("OpenMVG: what is not read or damaged is refused by file, place and va
   CHECK_THAT(lens("pinhole_radial_k3", kOpenMvgPinhole + R"(,"disto_k3":[0.1])"),
              Catch::Contains("data.disto_k3: has 1 values, must have 3"));
   CHECK_THAT(lens("pinhole", R"("width":200,"height":100,"focal_length":-1,"principal_point":[1,1])"),
-             Catch::Contains("data: has a camera that cannot be: fx is -1"));
+             Catch::Contains("data: has an impossible camera: fx is -1"));
   CHECK_THAT(lens("spherical", R"("width":200,"height":110)"), Catch::Contains("must be twice as wide as high"));
   const std::string twice = R"({"key":0,"value":{"rotation":[[2,0,0],[0,1,0],[0,0,1]],"center":[0,0,0]}})";
   CHECK_THAT(openmvg_refusal(openmvg_text(pinhole, view, twice)),
@@ -650,7 +650,7 @@ TEST_CASE("Meshroom: what is not read or damaged is refused by file, place and v
   CHECK_THAT(lens(R"("type":"pinhole","focalLength":"9","sensorWidth":"0","principalPoint":["0","0"])"),
              Catch::Contains("sensorWidth: is 0, must be positive"));
   CHECK_THAT(lens(R"("type":"pinhole","focalLength":"-1","principalPoint":["0","0"])"),
-             Catch::Contains("intrinsics[0]: has a camera that cannot be: fx is -5.5"));
+             Catch::Contains("intrinsics[0]: has an impossible camera: fx is -5.5"));
   MeshroomText none;
   none.poses = "";
   CHECK_THAT(meshroom_refusal(none), Catch::Contains("gives no photograph a pose"));

@@ -148,7 +148,7 @@ TEST_CASE("Bundler: what is damaged is refused by line") {
   CHECK(refused("500 -0.1", "nan -0.1") ==
         "scene/bundle.out: line 3: the focal length of camera 0 is 'nan', which is not a finite number");
   CHECK(refused("500 -0.1", "-500 -0.1") ==
-        "scene/bundle.out: camera 0 ('images/a.jpg'): a camera that cannot be: fx is -500, must be positive");
+        "scene/bundle.out: camera 0 ('images/a.jpg'): an impossible camera: fx is -500, must be positive");
   CHECK_THAT(refused("0 -1 0", "0 -1 1"),
              Catch::Contains("camera 1 ('./b c.jpg'): its pose does not begin with a rotation"));
   CHECK_THAT(refused("2 1\n", "4000000000 1\n"),
@@ -249,9 +249,9 @@ TEST_CASE("VisualSFM: strong radial terms of both signs are fitted within a tent
     CHECK(reach(posed.photographs[0].lens, corner) >= 0.99 * corner);
   }
   CHECK(refused_nvm("0.2 0\n", "-1.5 0\n") ==
-        "scene/a.nvm: line 4: a camera that cannot be: its radial term -1.5 turns back inside the photograph");
+        "scene/a.nvm: line 4: an impossible camera: its radial term -1.5 turns back inside the photograph");
   CHECK_THAT(refused_nvm("500 1 0 0 0 0 0 0 0.2", "50 1 0 0 0 0 0 0 900"),
-             Catch::Contains("a camera that cannot be: the inverse of its radial term 900 cannot be fitted within 0.1 "
+             Catch::Contains("an impossible camera: the inverse of its radial term 900 cannot be fitted within 0.1 "
                              "pixels"));
 }
 
@@ -316,7 +316,7 @@ TEST_CASE("VisualSFM: what is damaged is refused by line") {
         "scene/a.nvm: line 8: point 0 was measured by camera -1, which is not there");
   CHECK(refused_nvm("500 1 0", "nan 1 0") == "scene/a.nvm: line 4: has the value 'nan', which is not a finite number");
   CHECK_THAT(refused_nvm("500 1 0", "-500 1 0"),
-             Catch::Contains("line 4: a camera that cannot be: fx is -500, must be positive"));
+             Catch::Contains("line 4: an impossible camera: fx is -500, must be positive"));
   CHECK(refused_nvm("500 1 0", "500 2 0") == "scene/a.nvm: line 4: its quaternion has the length 2, must be 1");
   CHECK(refused_nvm("1 -2 5.0e-001", "1 -2 5.0e+013") ==
         "scene/a.nvm: line 5: its pose puts the camera at 50000000000000, which is not within 1e12 of 0");

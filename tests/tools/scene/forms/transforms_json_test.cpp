@@ -206,7 +206,7 @@ TEST_CASE("what cannot be gets a sentence with its place") {
   CHECK_THAT(complaint(frames(frame("a.png", kIdentity, R"("w": 0, "h": 3, "fl_x": 1)"))),
              Catch::Contains("frames[0]") && Catch::Contains("is 0, must be a whole number in [1, 65536]"));
   CHECK_THAT(complaint(frames(frame("a.png", kIdentity, R"("w": 4, "h": 3, "fl_x": -1)"))),
-             Catch::Contains("a camera that cannot be"));
+             Catch::Contains("an impossible camera"));
   CHECK_THAT(complaint(frames(frame("a.png", "[[2,0,0,0],[0,2,0,0],[0,0,2,0]]", kSize))),
              Catch::Contains("does not begin with a rotation"));
   CHECK_THAT(complaint(frames(frame("a.png", "[[1,0,0,0],[0,1,0,0],[0,0,-1,0]]", kSize))),

@@ -20,7 +20,7 @@ namespace fs = std::filesystem;
 bool is_there(const fs::path& path) {
   std::error_code error;
   const bool exists = fs::exists(path, error);
-  if (error) throw InputError(path.string() + ": cannot be looked at (" + error.message() + ")");
+  if (error) throw InputError(path.string() + ": cannot be accessed (" + error.message() + ")");
   return exists;
 }
 

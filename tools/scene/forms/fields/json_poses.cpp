@@ -77,7 +77,7 @@ CameraModel possible_lens(const JsonPlace& place, const Make& make) {
   try {
     return make();
   } catch (const std::invalid_argument& error) {
-    place.refuse(std::string("has a camera that cannot be: ") + error.what());
+    place.refuse(std::string("has an impossible camera: ") + error.what());
   }
 }
 

@@ -139,7 +139,7 @@ Capture parse_bundler(std::string_view text, const fs::path& path, std::string_v
     } catch (const std::invalid_argument& error) {
       PosedPhotograph& photograph = posed.photographs[i];
       refuse_or_keep(photograph, photographs.bad,
-                     camera_named(path, placed[i], photograph) + "a camera that cannot be: " + error.what());
+                     camera_named(path, placed[i], photograph) + "an impossible camera: " + error.what());
     }
   }
   note_skipped(posed, count - cameras.size(), "were not placed (their focal length is 0)");

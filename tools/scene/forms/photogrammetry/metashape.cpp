@@ -146,7 +146,7 @@ CameraModel lens_of_sensor(const pugi::xml_node& sensor, const XmlPlace& place) 
   try {
     return lens_of(lens);
   } catch (const std::invalid_argument& error) {
-    place.refuse(std::string("a camera that cannot be: ") + error.what());
+    place.refuse(std::string("an impossible camera: ") + error.what());
   }
 }
 

@@ -189,7 +189,7 @@ PosedPhotograph photograph_of(const Image& image, const std::vector<Platform>& p
   try {
     photograph.lens = lens_in(camera, photograph, photographs);
   } catch (const std::invalid_argument& error) {
-    refuse(std::string("a camera that cannot be: ") + error.what());
+    refuse(std::string("an impossible camera: ") + error.what());
   }
   return photograph;
 }

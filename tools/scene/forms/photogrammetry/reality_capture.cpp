@@ -181,7 +181,7 @@ PosedPhotograph photograph_in(const Columns& columns, const TextRow& row, const 
     photograph.lens = lens_of(lens_in(columns, row, photographs.size_of(photograph)));
     return photograph;
   } catch (const std::invalid_argument& error) {
-    refuse_row(path, row, std::string("a camera that cannot be: ") + error.what());
+    refuse_row(path, row, std::string("an impossible camera: ") + error.what());
   }
 }
 

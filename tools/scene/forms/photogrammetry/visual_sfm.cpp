@@ -370,7 +370,7 @@ Capture parse_visual_sfm(std::string_view text, const fs::path& path, const Phot
         photograph.lens = fitted.lens;
         worst_px = std::max(worst_px, fitted.error_px);
       } catch (const std::invalid_argument& error) {
-        refuse_row(path, {model.cameras[i].line, {}}, std::string("a camera that cannot be: ") + error.what());
+        refuse_row(path, {model.cameras[i].line, {}}, std::string("an impossible camera: ") + error.what());
       }
     });
   }
