@@ -40,7 +40,7 @@ class AtlasEdit {
  private:
   friend class Atlas;
 
-  // What Atlas applies. Applied, it holds what was there before, so that the same again takes it back.
+  // A change that Atlas applies. Once applied it holds the state before, so that applying it again undoes it.
   struct ViewChange {
     enum class Kind { insert, replace, erase } kind;
     ViewSlot slot;

@@ -34,7 +34,7 @@ struct Snapshot {
   // keep alive all views that the store held, also those that the snapshot leaves out.
   FallbackColors vertex_colors;
   TileTable tiles;  // which parts of the views are resident
-  // How well the stored views cover each cell, by the measure that chose them, >= 0. Not used for drawing. Empty in
+  // The coverage of each cell by the stored views, by the measure that chose them, >= 0. Not used for drawing. Empty in
   // every snapshot that an atlas makes.
   std::vector<float> cell_coverage;
   // Standard deviation of each cell's surface along a ray, scene units, >= 0: see

@@ -45,7 +45,7 @@ class SnapshotMaker {
   // or it chose what it must not, and whatever the policy throws. After any exception this object is of no use.
   [[nodiscard]] Snapshot snapshot(StoreChanges changes);
 
-  // From the next snapshot on, whose tiles are chosen from all; with whole views it changes nothing.
+  // Bounds the tiles from the next snapshot on, which chooses them anew; with whole views it changes nothing.
   void set_tile_limit(std::uint32_t max_tiles);
 
  private:

@@ -16,8 +16,9 @@ struct Surface {
   Mesh mesh;
   Cells cells;
   glm::dvec3 offset{0.0};  // subtracted from the input's coordinates, scene units
-  // How many of the last faces, vertices and cells are the far sphere (mesh/far_sphere.h): what photographs show where
-  // they see no other face, drawn as if it were infinitely far. It shares no vertex with the other faces.
+  // Numbers of faces, vertices and cells of the far sphere (mesh/far_sphere.h), which are the last ones. It shows what
+  // photographs show where they see no other face, and is drawn as if it were infinitely far. It shares no vertex with
+  // the other faces.
   std::uint32_t far_faces = 0, far_vertices = 0, far_cells = 0;
 
   [[nodiscard]] std::size_t near_faces() const { return mesh.faces.size() - far_faces; }

@@ -22,8 +22,8 @@ namespace lumatlas {
 // Above this many blended views the shader's registers spill; shared with the shader.
 inline constexpr std::uint32_t kMaxBlendedViews = 8;
 
-// How many of a photograph's pixels one of the picture's may cover before a coarser level is sampled; shared with the
-// shader. Above 1, so that a picture from about where a photograph was taken is as sharp as that.
+// Most pixels of a photograph, along a side, that a pixel of the picture covers before a coarser level is sampled;
+// shared with the shader. Above 1, so that a picture from near a photograph's camera is as sharp as the photograph.
 inline constexpr double kSharpFootprint = 1.4;
 
 inline constexpr std::uint32_t kMostSupersampling = 4;
@@ -35,8 +35,8 @@ inline constexpr double kLeastPenalty = 1e-6;
 // The surface bends by more than this many pixel widths at a silhouette, see supersampling.h. Shared with the shader.
 inline constexpr double kSilhouetteBend = 4;
 
-// Between which angles of novel and stored camera, seen from a point at a rim, the stored one's weight falls from whole
-// to none; shared with the shader as cosines.
+// The angles between novel and stored camera, seen from a point at a rim, at which the stored one's weight begins to
+// fall, and is 0; shared with the shader as cosines.
 inline constexpr double kRimNearDegrees = 10;
 inline constexpr double kRimFarDegrees = 30;
 
@@ -71,7 +71,7 @@ struct BlendOptions {
   // side, [0, 0.5]. Shares of all views are then continuous where one ends, also where it is only the next best one.
   // At masks and depth edges ValidityOptions::fade_px does the same. printed: 0, views end in a line
   double frame_fade = 0.005;
-  // How colours are sampled; validity is always sampled linearly. With a gutter of 1 pixel
+  // The interpolation of colours; validity is always sampled linearly. With a gutter of 1 pixel
   // around tiles colours are sampled linearly too.
   Sampling sampling = Sampling::cubic;  // printed, as GL samples: linear
   // Blurs colours by the surface's deviation (Snapshot::cell_deviation), see footprint.h; printed: no
@@ -80,7 +80,7 @@ struct BlendOptions {
   bool soft_edges = true;
   bool prefilter = true;                 // views nearer than the picture's camera are sampled at their coarser levels
   Exposure exposure = Exposure::nearby;  // the picture's; printed: model, for sections 3.1 and 3.3 name no other
-  // Over which neighbouring cells fade into each other, as a share of the cell size, [0, 1]; printed: 0
+  // Width over which neighbouring cells fade into each other, as a share of the cell size, [0, 1]; printed: 0
   double border_width = 0.1;
   // N: colours are means over N x N samples a pixel, see supersampling.h, [1, 4]. Doing so for all pixels takes N * N +
   // 1 times as long, unless N is 1.

@@ -36,8 +36,8 @@ namespace lumatlas {
   return shares;
 }
 
-// How many levels of a photograph are sampled so, counted from the finest: those that have the two pixels beyond a tile
-// that the kernel reaches. The coarsest level of a gutter has only one.
+// Returns how many levels, finest first, are sampled cubically: those that have the two pixels beyond a tile that the
+// kernel reaches. The coarsest level of a gutter has only one.
 [[nodiscard]] inline std::uint32_t cubic_levels(const TileOptions& options) {
   return levels_of_gutter(options.gutter_px) - 1;
 }

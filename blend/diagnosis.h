@@ -14,7 +14,7 @@ namespace lumatlas {
 // The views that the pixel's own cell blends. Views of neighbouring cells, which are mixed in along its border
 // (BlendOptions::border_width), are left out, also from the state.
 struct PixelDiagnosis {
-  // How many of the views that the cell refers to are valid here, whatever they weigh. Section 3.1's valid() > 0.
+  // Number of views that the cell refers to and that are valid here, whatever their weight. Section 3.1's valid() > 0.
   std::uint32_t valid_views = 0;
   ViewSlot winner;  // the view slot of the view that weighs most; ViewSlot::none: none weighs anything
   // The weights of the three best views in the pixel's colour, best first, in [0, 1]. They sum to 1, to less where K is

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Computes what a planner's store would be if other views had been offered or taken away, and changes nothing. Callers
+// Computes what a planner's store would be if other views had been offered or evicted, and changes nothing. Callers
 // use it to measure which views a store can do without.
 #pragma once
 
@@ -24,7 +24,7 @@ class Hindsight {
   // The planner must outlive it.
   explicit Hindsight(const Planner& planner) : store_(planner.store()) {}
 
-  // Returns in which order stored views would be taken away, down to the last.
+  // Returns the order in which stored views would be evicted, down to the last.
   [[nodiscard]] std::vector<ThinningStep> thinning_order(std::span<const ViewSlot> absent = {}) const;
   // Returns what cells would refer to were only these views left, and after Pruning::give_up_references(max_loss_db).
   [[nodiscard]] ReferenceTable references_among(std::span<const ViewSlot> slots, std::span<const ViewSlot> absent = {},

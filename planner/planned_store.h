@@ -36,7 +36,7 @@ class PlannedStore {
   [[nodiscard]] std::vector<ViewSlot> held_slots() const;  // ascending
   // Views whose photographs the atlas holds.
   [[nodiscard]] std::uint32_t stored_views() const { return atlas_.size(); }
-  // Returns the bytes of the views that have a slot, as they came; downscaled ones take less.
+  // Returns the bytes of the views that have a slot, at the size at which they were offered; downscaled ones take less.
   [[nodiscard]] std::uint64_t stored_bytes() const { return stored_bytes_; }
   [[nodiscard]] std::uint64_t bytes_of(ViewSlot slot) const { return slot_bytes_[slot]; }
   // Returns the name of the view that has the slot, which must not be free.
@@ -106,7 +106,7 @@ class PlannedStore {
   CoverageLedger ledger_;
   std::optional<OfferedCoverage> offered_;
   std::vector<std::optional<Promise>> promised_;  // by slot
-  std::vector<std::uint64_t> slot_bytes_;         // of the view that has it, as it came: see lumatlas::stored_bytes()
+  std::vector<std::uint64_t> slot_bytes_;         // of the view that has it, as offered: see lumatlas::stored_bytes()
   std::uint32_t held_views_ = 0;
   std::uint64_t stored_bytes_ = 0;  // of the held views
   bool short_of_room_ = false;

@@ -26,7 +26,7 @@ struct PlannerOptions {
   double min_exchange_gain = 0.05;
   // Delta_fcov: by which a full cell's coverage must rise to swap a reference; >= 0. For Metric::paper 0.01 is right.
   double min_reference_gain = 0.001;
-  // How many of the lowest-ranked views are considered for replacement; 0: all of them.
+  // Number of lowest-ranked views that are considered for replacement; 0: all of them.
   std::uint32_t victims = 0;
   // Bound of the bytes that the stored views take together, see stored_bytes(); 0: the atlas's slots alone bound them.
   std::uint64_t max_bytes = 0;

@@ -54,7 +54,7 @@ struct VertexSample {
 
 // The same colours, to the bit, as a VertexColorMean to which all views were added, for a store that changes: a view is
 // projected onto the vertices once, and 8 bytes are kept for each that it shows. A view that comes, goes or has another
-// gain is added to the sums, or taken away from them, and no other view is looked at. Where vertices have moved and the
+// gain is added to the sums, or subtracted from them, and no other view is looked at. Where vertices have moved and the
 // faces between them are the same, those vertices alone are projected again. Every call is safe from any thread.
 class VertexColors {
  public:
@@ -68,7 +68,7 @@ class VertexColors {
                                                  std::span<const std::shared_ptr<const StoredView>> views,
                                                  std::span<const glm::dvec3> gains);
 
-  // How many samples were added to sums or taken away from them, by all calls together.
+  // Returns the number of samples that all calls together have added to sums or subtracted from them.
   [[nodiscard]] std::uint64_t samples_counted() const;
 
  private:

@@ -24,7 +24,7 @@ struct ImageLevel {
   std::vector<std::uint8_t> rgba;
 };
 
-// Levels of a photograph with so much gutter around its parts, the finest among them.
+// Number of levels of a photograph with this gutter around its parts, the finest included.
 [[nodiscard]] std::uint32_t levels_of_gutter(std::uint32_t gutter_px);
 
 // The finest level is the view's pixels. A texel of the next one is the mean of four, in linear light and by their

@@ -33,14 +33,14 @@ struct PhotographSpan {
   PhotographSpan(Photograph&&) = delete;  // it would be gone
 };
 
-// How to treat an EXIF orientation. Viewers turn photographs upright by it. A structure-from-motion program that
+// The treatment of an EXIF orientation. Viewers turn photographs upright by it. A structure-from-motion program that
 // ignores it, as COLMAP does, has calibrated the pixels as they are stored.
 enum class Orientation { exif, as_stored };
 
 struct ImageSize {
   std::uint32_t width, height;  // pixels
 };
-// From the header alone. Throws InputError.
+// Reads the size from the header alone. Throws InputError.
 [[nodiscard]] ImageSize photograph_size(const std::filesystem::path& path, Orientation orientation = Orientation::exif);
 
 // The position of a photograph as its satellite receiver states it: WGS 84.

@@ -34,8 +34,8 @@ struct ModelImage {
   ImageCoding coding;  // masks are PNG, small pictures JPEG
 };
 
-// Those of all views of a snapshot in their order: of each its photograph, then the others that it has; last the poster
-// of the view in slot `first`. `packed`: without lens and trust masks, which are in the mask already.
+// Returns the images of all views of a snapshot in their order: of each view its photograph, then its other images;
+// last the poster of the view in slot `first`. `packed`: without lens and trust masks, which the mask contains.
 [[nodiscard]] std::vector<ModelImage> images_of(const Snapshot& snapshot, const ImageCoding& photographs,
                                                 ViewSlot first, bool packed);
 

@@ -46,7 +46,7 @@ class TemporaryEntry {
 [[nodiscard]] std::unique_lock<std::mutex> removal_paused();
 
 // Removes every temporary entry of this process, for a process that is about to end without unwinding, and lets no
-// thread make another one: threads that try wait for ever. From any thread, never throws.
+// thread make another one: threads that try wait without end. From any thread, never throws.
 void remove_temporary_entries() noexcept;
 
 // Removes from `folder` the temporary entries that a process left behind which was killed at once. Leaves alone entries

@@ -24,8 +24,8 @@ struct CellOptions {
   // within 30%, no radius above 1.5 size) and less where it bends. 0: automatic_cell_size(). Smaller: more cells, finer
   // choice of views.
   double size = 0;
-  // How strongly a cluster avoids turning: the cost of a face is its distance from the cluster's centre, in cell sizes,
-  // plus this times (1 - cos) of the angle between its normal and the cluster's. >= 0; clusters only.
+  // Strength with which a cluster avoids turning: the cost of a face is its distance from the cluster's centre, in cell
+  // sizes, plus this times (1 - cos) of the angle between its normal and the cluster's. >= 0; clusters only.
   double normal_weight = 2;
 };
 

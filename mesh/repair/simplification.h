@@ -29,7 +29,7 @@ struct SimplifiedMesh {
 // number.
 [[nodiscard]] SimplifiedMesh simplified(const Mesh& mesh, const SimplificationBound& bound);
 
-// Returns the size of a pixel on the surface where cameras come near, scene units. For each vertex this is the least
+// Returns the size of a pixel on the surface near the cameras, scene units. For each vertex this is the least
 // depth over focal length among the cameras whose picture it lies in, hidden or not. The result is the value below
 // which `share` of the vertices, in [0, 1], fall. From at most 20,000 vertices, evenly. Infinite where no camera has a
 // vertex in its picture. Throws std::invalid_argument if the mesh, a camera or the share breaks a rule.

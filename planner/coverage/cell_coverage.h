@@ -21,8 +21,8 @@ struct ReferenceLoss {
   double loss;  // >= 0
 };
 
-// How well a cell's references serve the stored cameras that see it, for what the cell counts: those that it has, and
-// those with the ones that it gave up. Both >= 0.
+// The service of the stored cameras that see a cell by its references, weighted as the cell counts: by the references
+// that it has, and by these with the ones that it gave up. Both >= 0.
 struct ReferenceService {
   double of_kept = 0, of_all = 0;
   std::uint32_t given_up = 0;  // how many

@@ -28,7 +28,7 @@ namespace lumatlas {
 
 // The departures of the paper's measure from the print. With all of them off it is the paper to the letter.
 struct CoverageDepartures {
-  // Which views gamma compares a stored view with.
+  // The views that gamma compares a stored view with.
   enum class Comparison {
     earlier,   // those of R(b) that arrived before it: never smaller for a view more
     others,    // R(b) without itself: two neighbours are worth less together than either alone
@@ -64,7 +64,7 @@ struct CoverageOptions {
   double demand_prior = 10;       // views that do not see a cell, added to those that do; finite, >= 0
   std::uint32_t directions = 32;  // novel directions per cell, >= 1
   double direction_width = 90;    // degrees from a novel direction beyond which a view does not serve it, (0, 180]
-  // How many of its best views a novel direction counts, [1, 8]; 3: those blended.
+  // Number of best views that a novel direction counts, [1, 8]; 3: those blended.
   double reference_width = 30;  // the same where a cell's references are chosen, (0, 180]
   double reference_lambda = 1;  // weight of direction against position there, [0, 1]
   std::uint32_t views_per_direction = 3;

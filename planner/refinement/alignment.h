@@ -68,9 +68,9 @@ struct Alignment {
   // The share of residual_exposed by which the pose that the search found has less, accepted or not. Below 0 if it has
   // more, 0 without a search.
   double found_improvement = 0;
-  // How well photograph and colours agree in the parts of the picture where they agree best: see alignment.cpp. [-1,
-  // 1]. None if no part has points and texture enough in both, so that nothing speaks for or against the pose, or if it
-  // was not asked for.
+  // Correlation of photograph and colours in the parts of the picture where it is highest: see alignment.cpp. [-1, 1].
+  // None if no part has points and texture enough in both to tell whether the pose is right, or if it was not asked
+  // for.
   std::optional<double> correlation;
 };
 

@@ -33,7 +33,7 @@ struct ComparedView {
 [[nodiscard]] std::optional<glm::dvec3> color_in_view(const ComparedView& other, const glm::dvec3& position,
                                                       double pixel_size);
 
-// How much more light view `slot` recorded than the photograph at the same points: medians over them.
+// The ratio of the light that view `slot` recorded to that of the photograph at the same points: medians over them.
 struct ExposureRatio {
   ViewSlot slot;
   glm::dvec3 log_ratio;      // ln of the view's linear light over the photograph's, per channel

@@ -84,8 +84,8 @@ struct PolishStep {
   // Alignment::residual of the poses that the views had before the step, and of those that it found, against the same
   // colours of the other views.
   double residual_before = 0, residual_after = 0;
-  // How far the views are from their given poses, before what the set has moved as a whole is taken back; 0: all are
-  // where they were given.
+  // Distance of the views from their given poses, before the set as a whole is moved back; 0: all views have their
+  // given poses.
   double moved_px = 0;
 };
 
@@ -179,7 +179,7 @@ class Refiner {
   void move(ViewSlot slot, const Camera& camera);
   void mask(ViewSlot slot);
   void choose_samples(ViewSlot slot);
-  // From several threads at once for different slots.
+  // May be called from several threads at once for different slots.
   [[nodiscard]] Refinement compare_again(ViewSlot slot);
   bool revisit(ViewSlot newest);
   void count_comparison(const Refinement& refinement);

@@ -34,8 +34,8 @@ class ScaledViews {
   std::vector<std::shared_ptr<const StoredView>> views_;  // one per view slot
 };
 
-// How the depth edges of views are masked that are downscaled by `scale`, (0, 1] (std::invalid_argument): as wide on
-// the surface as before, rounded up to a pixel.
+// Returns the options by which depth edges are masked in views that are downscaled by `scale`, (0, 1]
+// (std::invalid_argument): as wide on the surface as before, rounded up to a pixel.
 [[nodiscard]] ValidityOptions validity_at_scale(const ValidityOptions& validity, double scale);
 
 struct DownscaledViews {

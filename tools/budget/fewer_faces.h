@@ -38,11 +38,12 @@ struct FaceLimits {
   CellOptions cells;
 };
 
-// Puts a surface of fewer faces under the stored views if the pictures then lose at most so much, by measurement (see
-// HeldOutLoss, which must be able to tell), with references given up too; returns the loss. Else the surface is what it
-// was, and none is returned. `turned_away`: cameras of offered views that are not stored, which count for coverage.
-// `seen` is what the planner sees, and must outlive it. Throws GlError as HeldOutLoss does; the surface is what it was
-// then, too. Throws std::runtime_error where the planner's own views could not be seen again, for then it is of no use.
+// Puts a surface of fewer faces under the stored views if the pictures then lose no more than the limits allow, by
+// measurement (see HeldOutLoss, which must be able to tell), with references given up too; returns the loss. Else the
+// surface is what it was, and none is returned. `turned_away`: cameras of offered views that are not stored, which
+// count for coverage. `seen` is what the planner sees, and must outlive it. Throws GlError as HeldOutLoss does; the
+// surface is what it was then, too. Throws std::runtime_error where the planner's own views could not be seen again,
+// for then it is of no use.
 [[nodiscard]] std::optional<MeasuredLoss> give_up_faces_within(const FaceLimits& limits, double reference_loss_db,
                                                                const std::vector<Camera>& turned_away,
                                                                const MakeVisibility& make_visibility, SeenSurface& seen,

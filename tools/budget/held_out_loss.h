@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Measures in pictures what a store loses when faces of its mesh are taken away, or when its photographs or tiles of
-// them are compressed, downscaled or taken away. The photographs are dealt into folds. Those of a fold are drawn from a
+// Measures in pictures what a store loses when faces of its mesh are removed, or when its photographs or tiles of them
+// are compressed, downscaled or removed. The photographs are dealt into folds. Those of a fold are drawn from a
 // store of the others, as if they had never been offered, before and after. The loss in them is what any picture in
 // between loses. Where no view is left to blend, the surface has the averaged colours of all.
 #pragma once
@@ -34,7 +34,7 @@ class HeldOutLoss {
   // The parts of a model that each fold's store gives up.
   struct GivenUp {
     std::optional<double> gap;     // views, as long as ThinningStep::gap stays within this, in [0, 1]
-    double reference_loss_db = 0;  // references, for so much predicted loss: see Pruning::give_up_references()
+    double reference_loss_db = 0;  // references, up to this predicted loss: see Pruning::give_up_references()
     // Fraction of the full store's tiles to keep, in (0, 1]: 0.5 keeps half of them, see planner/tile_choice.h. A fold
     // that has fewer tiles than that keeps about this fraction of its own.
     double tile_share = 1;

@@ -58,7 +58,7 @@ struct CaptureResult {
   std::vector<CapturedVideo> videos;            // videos with frames that became photographs
   std::map<std::string, std::string> left_out;  // files that are not used, by name, with the reason
   std::vector<std::string> missed;              // photographs without a place, by name
-  // How many photographs each reconstruction has; they do not hang together, and the first, of most, was taken.
+  // Number of photographs of each reconstruction, the largest first, which is used; they are not connected.
   std::vector<std::size_t> reconstructions;
   std::vector<CaptureStep> steps;
   std::vector<std::string> outliers;  // names of placed photographs that the build left out: they agree with no other
@@ -66,13 +66,13 @@ struct CaptureResult {
   nlohmann::json summary;             // the build's: tools/pipeline/output/build_summary.h
 };
 
-// From a folder of photographs and videos, or one video: makes photographs of what COLMAP does not read, then features,
-// matching and mapping by COLMAP, then mesh and build. `work` becomes a scene that every command reads: images/ (see
-// prepared_photographs.h), masks (a link, with options.masks), sparse/0/, mesh.ply; beside these stand videos/,
-// COLMAP's database, its other reconstructions, its logs, and capture.json, which tells what is done. A step is skipped
-// if its inputs (names, sizes and times of files, options, the steps before) and outputs are as an earlier run left
-// them. Features and matching that were interrupted, or that have more photographs now, continue where they were, and
-// so does an interrupted mesh. Photographs that are held out give no depths to it.
+// Makes a model of a folder of photographs and videos, or of one video: photographs of what COLMAP does not read, then
+// features, matching and mapping by COLMAP, then mesh and build. `work` becomes a scene that every command reads:
+// images/ (see prepared_photographs.h), masks (a link, with options.masks), sparse/0/, mesh.ply; beside these stand
+// videos/, COLMAP's database, its other reconstructions, its logs, and capture.json, which tells what is done. A step
+// is skipped if its inputs (names, sizes and times of files, options, the steps before) and outputs are as an earlier
+// run left them. Features and matching that were interrupted, or that have more photographs now, continue where they
+// were, and so does an interrupted mesh. Photographs that are held out give no depths to it.
 //
 // Throws InputError: also without COLMAP, where it fails or places no photograph, where `work` or `model` lie among the
 // photographs, and where `work` holds something else; Interrupted, with what is done kept.

@@ -66,9 +66,9 @@ class MeshFitMeter {
                const glm::dvec3& offset, const MeshFitOptions& options = {});
   ~MeshFitMeter();
 
-  // How well the photographs agree if the mesh, with the offset, still has to be changed by `mesh`.
+  // Measures how well the photographs agree if `mesh` still has to change the mesh, with the offset.
   [[nodiscard]] MeshFit measure(const MeshFrame& mesh = {}, const PictureChange& picture = {}) const;
-  // How many photographs are looked at.
+  // Returns the number of photographs that are looked at.
   [[nodiscard]] std::size_t pictures() const { return chosen_.size(); }
   // The share of the given points that lie on the mesh: whose depth is the mesh's to `same_place` of it, in at least
   // half of the views that saw them, or in one where it is not known which did. NaN where fewer than 50 are in the

@@ -65,7 +65,7 @@ struct LiveVerdict {
 struct LiveOutcome {
   std::string name;
   Verdict verdict;          // the planner's
-  std::string failure;      // why its photograph cannot be had; empty: it could
+  std::string failure;      // why its photograph could not be read; empty: it was read
   double until_stored = 0;  // from offer() until snapshots have it, or it is turned away; milliseconds
 };
 

@@ -58,7 +58,7 @@ struct SceneMeshOptions {
 // Throws std::invalid_argument naming the field, its value and the rule.
 void check(const SceneMeshOptions& options);
 
-// How depth images were fused.
+// Facts about the fusion of depth images.
 struct DepthFacts {
   std::size_t images = 0;
   std::size_t measured = 0;          // pixels of them all
@@ -69,7 +69,7 @@ struct DepthFacts {
   std::size_t fused_faces = 0;                        // before edges were collapsed
 };
 
-// How the mesh file of SceneMeshOptions::complete was completed.
+// Facts about the completion of the mesh file SceneMeshOptions::complete.
 struct CompletionFacts {
   std::filesystem::path file;
   std::size_t added_faces = 0;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// How far a surface made of points is to be trusted: how well it fits them, how much of it is a guess between them, and
+// Measures the trust in a surface made of points: how well it fits them, how much of it is a guess between them, and
 // how much of the photographs it accounts for.
 #pragma once
 

@@ -111,9 +111,9 @@ struct BuildOptions {
   // averaged colours of vertices.
   std::optional<std::uint32_t> texture_px = 2048;
   std::optional<HoldOut> hold_out;  // none: every view is offered
-  // None: the scene is complete. Needs ViewChoice::online, StreamOrder::given (photographs are offered as they come,
-  // those that come together by name), no hold_out, which needs all names, and a bound: max_views, planner.max_bytes or
-  // bytes of the GPU.
+  // How to watch a scene whose folder fills up; empty: the scene is complete. Watching needs ViewChoice::online,
+  // StreamOrder::given (photographs are offered as they arrive, those that arrive together by name), no hold_out, which
+  // needs all names, and a bound: max_views, planner.max_bytes or bytes of the GPU.
   std::optional<WatchOptions> watch;
   // Build also where most views see next to nothing of the mesh, or it is certainly in another frame.
   bool any_mesh = false;

@@ -12,9 +12,9 @@
 
 namespace lumatlas {
 
-// Those that `protocol` lets a model learn from (none: all), without bad ones. Exposures, poses and outliers are found
-// as the model's notes say that it was built; nothing is refined where they say nothing. Throws InputError, naming
-// `model`, if what stands there cannot be.
+// Returns the photographs that `protocol` lets a model learn from (none: all), without bad ones. Exposures, poses and
+// outliers are found as the model's notes say that it was built; nothing is refined where they say nothing. Throws
+// InputError, naming `model`, if the notes have impossible values.
 [[nodiscard]] OfferedPhotographs offered_photographs(const SceneViews& scene, const std::optional<HoldOut>& protocol,
                                                      const ValidityOptions& validity, const ModelNotes& notes,
                                                      const std::filesystem::path& model);

@@ -37,7 +37,7 @@ class Streaming {
 
   // Offers view by view, without knowledge of the views to come.
   void offer_all(const Stream& stream);
-  // Those at these places of the stream, ascending, whatever they are worth.
+  // Stores the views at these places of the stream, ascending, whatever they are worth.
   void keep_chosen(const Stream& stream, const std::vector<std::size_t>& chosen);
   // All cameras are known before the first photograph is read. So the planner goes through them first, and only the
   // photographs that are still in the store at the end of the stream are read, refined and stored.

@@ -16,7 +16,7 @@
 
 namespace lumatlas {
 
-// From one pose: what a model shows, and what of its surface is seen, at the same size.
+// What a model shows from one pose, and what is seen of its surface, at the same size.
 struct Seen {
   Photograph picture;
   VisibilityBuffer visible;

@@ -39,7 +39,7 @@ struct ReferencePatch {
 // `pixel` is a valid one.
 [[nodiscard]] ReferencePatch reference_patch(const LumaImage& image, glm::ivec2 pixel);
 
-// From a photograph to another one of the same scene.
+// Maps pixels of a photograph to another one of the same scene.
 struct PixelTransfer {
   glm::mat3 a;           // A: of what is infinitely far
   glm::vec3 epipole;     // a: what an inverse depth of 1 adds

@@ -29,7 +29,7 @@ struct SurfaceInput {
   double coordinate_step = 0;  // step of the file's numbers, scene units: see mesh_coordinate_step()
   RepairReport repair;
   std::uint64_t closed_holes = 0;      // see mesh/repair/holes.h
-  std::uint64_t simplified_faces = 0;  // taken away because no camera shows what they add
+  std::uint64_t simplified_faces = 0;  // removed because no camera shows what they add
   double simplified_distance = 0;      // that the surface moved by it, scene units, estimated
   std::uint64_t split_faces = 0;       // added by splitting those that were larger than a cell
   std::vector<std::string> warnings;   // sentences about the mesh for the user
@@ -44,8 +44,8 @@ struct SurfaceInput {
 // Bounds the number of faces that make_surface() keeps.
 struct FaceOptions {
   std::optional<std::size_t> faces;  // about this many at most, >= 1
-  // How far the surface may move for having fewer, in pixels of the cameras that come near it, >= 0; at 0, or where
-  // `faces` is given, it is not asked for.
+  // Most that the surface may move for fewer faces, in pixels of the nearest cameras, >= 0. Not used at 0, or where
+  // `faces` is given.
   double pixels = 0;
 };
 

@@ -31,7 +31,7 @@ struct OfferedPhotographs {
   // threads.
   std::function<Photograph(std::size_t)> read;
   ValidityOptions validity;
-  // How a photograph that is not in the model is refined, and when it is left out as an outlier.
+  // Refinement of photographs that are not in the model, and when one is left out as an outlier.
   RefinementOptions refinement;
 };
 

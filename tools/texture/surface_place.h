@@ -27,7 +27,7 @@ class SurfacePlaces {
   // At shares b and c of a face's second and third corner.
   [[nodiscard]] SurfacePlace at(FaceId face, float b, float c) const;
 
-  // From the model's exposure to that which the place is shown in; 1 unless there are factors.
+  // Returns the factor from the model's exposure to the one in which the place is shown; 1 unless there are factors.
   [[nodiscard]] glm::vec3 exposure(FaceId face, float b, float c) const;
   // Sets the factor of each vertex, positive.
   void set_exposures(std::vector<glm::vec3> factors) { exposures_ = std::move(factors); }

@@ -22,11 +22,11 @@ namespace lumatlas {
 inline constexpr const char* kExportGenerator = "lumatlas export";
 
 struct TexturedFileOptions {
-  // How the pages are coded. WebP is for glTF alone (std::invalid_argument), by EXT_texture_webp, which a reader must
+  // The coding of the pages. WebP is for glTF alone (std::invalid_argument), by EXT_texture_webp, which a reader must
   // know then.
   PageCoding image;
-  // From the scene's frame to the file's: orthonormal, determinant 1 (std::invalid_argument). glTF has it as the root
-  // node's rotation, with a camera for each stored view below, an OBJ's vertices are turned.
+  // The rotation from the scene's frame to the file's: orthonormal, determinant 1 (std::invalid_argument). glTF has it
+  // as the root node's rotation, with a camera for each stored view below, an OBJ's vertices are turned.
   glm::dmat3 file_from_scene{1.0};
   std::string notes;  // glTF's asset.extras: the text of a JSON object, or empty
   // The position of the file's coordinates on the Earth. glTF has the text of a JSON object as "georeference" in its

@@ -14,8 +14,8 @@ namespace lumatlas {
 inline constexpr double kLargestGoodStep = 0.35;
 
 struct FrameChoiceOptions {
-  // How far the picture moves from a chosen frame to the next one, as a share of its longer side: neighbours overlap by
-  // about the rest. In (0, 1).
+  // Movement of the picture from a chosen frame to the next one, as a share of its longer side, in (0, 1): neighbours
+  // overlap by about the rest.
   double step = 0.1;
   double least_found_again = 0.2;  // share of corners below which a frame begins another take, in [0, 1)
 };

@@ -15,7 +15,7 @@ struct VideoFrame {
   double sharpness = 0;  // variance of the Laplacian of the grey values, >= 0: comparable between frames of one view
   // The share of the corners of the frame before that are found again in this one, [0, 1]. Little is left after a cut.
   double found_again = 1;
-  // How far the content of each part has moved since the frame before, as a share of the frame's longer side.
+  // Movement of each part's content since the frame before, as a share of the frame's longer side.
   std::array<glm::vec2, kFlowParts> flow{};
 };
 

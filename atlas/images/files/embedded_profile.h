@@ -17,7 +17,7 @@ class PatchedReader : public OIIO::Filesystem::IOProxy {
   // `file` is open for reading.
   explicit PatchedReader(std::unique_ptr<OIIO::Filesystem::IOProxy> file);
 
-  // From now on `bytes` are read at `offset`, bytes from the start of the file, in the place of what is there.
+  // Replaces what is read from `offset` on, bytes from the start of the file, by `bytes`.
   void patch(std::uint64_t offset, std::vector<std::uint8_t> bytes);
 
   [[nodiscard]] const char* proxytype() const override;

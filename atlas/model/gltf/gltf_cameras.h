@@ -13,8 +13,8 @@ namespace lumatlas {
 // A file system's names are bytes, JSON's are Unicode: bytes that are not UTF-8 become U+FFFD, control characters '?'.
 [[nodiscard]] std::string unicode_name(std::string name);
 
-// From the scene's frame to glTF's, +y upwards, as upright() and upward() of mesh/upright.h have it from the stored
-// views; the identity where there are none.
+// Returns the rotation from the scene's frame to glTF's, +y upwards, which upright() and upward() of mesh/upright.h
+// find by the stored views; the identity without views.
 [[nodiscard]] glm::dmat3 gltf_from_scene(const Snapshot& snapshot);
 
 // A node's "rotation".

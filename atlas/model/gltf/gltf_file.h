@@ -23,7 +23,7 @@
 
 namespace lumatlas {
 
-// How an accessor's elements are stored, and how many of them make one value.
+// The type of an accessor's elements, and the number of them that make one value.
 struct AccessorType {
   int component;  // TINYGLTF_COMPONENT_TYPE_...
   int type;       // TINYGLTF_TYPE_...

@@ -22,7 +22,7 @@ struct CoarseSurface {
 // needs none where `coarse_faces` is 0.
 [[nodiscard]] bool needs_coarse_surface(std::size_t faces, std::size_t coarse_faces);
 
-// What a coarse surface is made from: a surface, or coarse surfaces side by side, whose borders do not meet exactly.
+// The source of a coarse surface: a surface, or coarse surfaces side by side, whose borders do not meet exactly.
 enum class CoarseSource { surface, coarse_surfaces };
 
 // Returns the mesh with its vertex colours (one per vertex, sRGB) in about `faces` faces. More faces stay where fewer

@@ -73,7 +73,7 @@ struct Linearised {
   std::vector<bool> compared;
 };
 
-// How the place where a view sees a point changes with its lens and with its pose; the last column of `by_own` is 0.
+// Derivatives of the pixel at which a view sees a point by its lens and its pose; the last column of `by_own` is 0.
 struct ImageDerivatives {
   Eigen::Matrix<double, 2, kBlock> by_lens;
   Eigen::Matrix<double, 2, kBlock> by_own;

@@ -41,7 +41,7 @@ struct JointOptions {
   CancelCheck cancel_check;
 };
 
-// Which of a lens's parameters are estimated; the others are 0.
+// The parameters of a lens that are estimated; the others are 0.
 using Terms = std::array<bool, kBlock>;
 
 // A step that was kept.

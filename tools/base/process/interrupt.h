@@ -21,7 +21,7 @@ class Interrupted : public std::exception {
 // Time that the program has to clean up after the signal before it is killed.
 inline constexpr auto kUnwindingTime = std::chrono::milliseconds(700);
 
-// From now on the first SIGINT, SIGTERM, SIGHUP or SIGPIPE only makes throw_if_interrupted throw. Work that does not
+// Lets the first SIGINT, SIGTERM, SIGHUP or SIGPIPE only make throw_if_interrupted throw. Work that does not
 // ask for longer than kUnwindingTime is ended where it is: a thread that waits for this removes the outputs that are
 // being written (remove_temporary_entries) and lets the process die of the signal. A second SIGINT or SIGTERM kills at
 // once. A signal that the program was started to ignore (nohup, a background job) stays ignored. SIGXFSZ, of a limit of

@@ -88,7 +88,7 @@ class ColmapProgram {
   std::filesystem::path program_, work_;
 };
 
-// How far a command has come by its log: the last "[3/16]", the last "[2/4, 1/4]" or the largest "Registering image
+// The progress of a command by its log: the last "[3/16]", the last "[2/4, 1/4]" or the largest "Registering image
 // #12 (3)" of it; 0 of 0: it says nothing yet. `photographs` is what the last one is out of.
 struct ColmapState {
   std::size_t done = 0, of = 0;

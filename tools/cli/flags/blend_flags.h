@@ -30,7 +30,7 @@ class BlendFlags {
 
   bool paper_ = false;
   bool draft_ = false;
-  // None: as the weights have them.
+  // Empty: the value that goes with the weights.
   std::optional<BlendOptions::Exposure> exposure_;
   std::optional<std::uint32_t> supersample_;
   CLI::Option* exposure_option_ = nullptr;

@@ -89,7 +89,7 @@ template <typename Value>
   return {};
 }
 
-// What `parse` takes without std::invalid_argument, whose sentence is the complaint. Help says nothing of it.
+// Accepts what `parse` takes without std::invalid_argument, whose sentence is the complaint. Help does not show it.
 template <typename Parse>
 [[nodiscard]] CLI::Validator parsed_by(Parse parse) {
   return {[parse](std::string& text) -> std::string {

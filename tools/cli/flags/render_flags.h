@@ -26,7 +26,7 @@ struct RenderSettings {
 
 struct RenderFlags {
   std::filesystem::path model, output;
-  // From where: exactly one of these.
+  // The cameras: exactly one of these is given.
   std::filesystem::path views, path;
   bool orbit = false, walk = false, hilbert = false;
   HoldFlags hold;

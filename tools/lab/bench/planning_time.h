@@ -37,7 +37,7 @@ struct ApartmentOptions {
 };
 
 // Says on stderr what it is doing, because large meshes take a minute. Throws std::invalid_argument if the walk is not
-// one that SynthOptions allow, std::runtime_error if the furniture cannot be had with so few triangles.
+// one that SynthOptions allow, std::runtime_error if the furniture needs more triangles.
 [[nodiscard]] PlanningScene make_planning_scene(const ApartmentOptions& options);
 
 // The times of one view of the stream: milliseconds of wall time, unless stated.

@@ -38,7 +38,7 @@ struct ClusterRun {
 // cluster that breaks a rule, and for a job that needs more memory than a machine has, which it names.
 [[nodiscard]] ClusterRun simulated_run(const ClusterCity& city, const Cluster& cluster);
 
-// How much faster a run would be without one of its bounds.
+// The speed-up of a run without one of its bounds.
 struct ClusterBound {
   std::string name;   // "plan", "join", "disk", "longest block", "processors", "memory"
   double gain_s = 0;  // >= 0

@@ -27,7 +27,7 @@ struct Metric {
 
 using Figures = std::map<std::string, double>;  // by the metric's name, finite
 
-// Those that these results hold; a figure that was not measured is absent.
+// Returns the figures that these results hold; a figure that was not measured is absent.
 [[nodiscard]] Figures figures_of(const nlohmann::json& build, const nlohmann::json& scores);
 
 // Adds "loss.measured", by how much the model looks worse than one that gave nothing up, to the figures of a model

@@ -34,7 +34,7 @@ struct ChartPage {
 // Returns where each series breaks, one sentence a scene and series that has figures; none without a rule.
 [[nodiscard]] std::vector<std::string> breaking_sentences(const Sweep& sweep, const std::vector<Curve>& curves);
 
-// Which programs made the points, unless all are of `program`; empty if they are.
+// Returns a sentence on the programs that made the points; empty if `program` made them all.
 [[nodiscard]] std::string makers_sentence(const std::vector<PointResult>& results, const std::string& program);
 
 // The table of a scene: a head and a row for each value of each series that has figures, the sweep's metrics as mean

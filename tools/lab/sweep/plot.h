@@ -20,7 +20,7 @@ namespace lumatlas {
 // InputError with what gnuplot says.
 void draw_plot(const std::filesystem::path& gnuplot, const std::string& script, const std::filesystem::path& svg);
 
-// How many pixels wide a file that gnuplot wrote is meant to be.
+// Returns the width, in pixels, at which a file that gnuplot wrote is meant to be shown.
 [[nodiscard]] int plot_width(const std::string& svg);
 
 // The <svg> element of a file that gnuplot wrote, for a page with others: its names of parts begin with `prefix`, and

@@ -34,7 +34,7 @@ struct CommandOptions {
   OptionValues build, validate;
 };
 
-// Those of `over` replace those of `options`.
+// Replaces options of `options` by those of `over` with the same names.
 void overlay(CommandOptions& options, const CommandOptions& over);
 
 // "--name=text" or "--name", and "--set=name=text" for settings, for those that are given, by name.

@@ -85,8 +85,8 @@ struct AreaLight {
   glm::vec3 radiance{1.0F};
 };
 
-// How a photographer who follows a way turns, by the share of the way that is done; radians. The defaults are chosen so
-// that with 40 views of the apartment 97% of a held-out photograph is seen by another view, 79% by three.
+// The turns of a photographer who follows a way, by the share of the way that is done; radians. The defaults are chosen
+// so that with 40 views of the apartment 97% of a held-out photograph is seen by another view, 79% by three.
 struct Gaze {
   enum class Heading { turning, ahead, fixed } heading = Heading::turning;
   double start = 0;              // heading at the beginning, from x towards y; nothing where it is ahead

@@ -28,7 +28,7 @@ struct Exposure {
   // (sRGB 128), in 8-bit levels, >= 0. Its variance grows with the light (shot noise) from a small part of it (read
   // noise).
   double noise = 0;
-  // How the camera moves while the shutter is open, half of it before the camera's pose is reached and half after.
+  // The motion of the camera while the shutter is open, half of it before the camera's pose and half after.
   Motion motion{};
 };
 

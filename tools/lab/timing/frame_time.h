@@ -27,7 +27,7 @@ struct PictureTime {
   double wall = 0, processor = 0;
 };
 
-// From the call until the driver has finished.
+// Measures the time from the call until the driver has finished.
 [[nodiscard]] PictureTime time_picture(Renderer& renderer, const Camera& camera, const BlendOptions& blend);
 
 // The time of several pictures, milliseconds.

@@ -11,7 +11,7 @@ namespace lumatlas {
 
 class FrameSocket {
  public:
-  // Listens. 0: any port that is free. Throws InputError if the port cannot be had.
+  // Listens. 0: any port that is free. Throws InputError if the port cannot be opened.
   explicit FrameSocket(std::uint16_t port);
   ~FrameSocket();
   FrameSocket(const FrameSocket&) = delete;

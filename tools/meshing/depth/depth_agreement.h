@@ -35,7 +35,7 @@ struct DepthAgreement {
 };
 
 inline constexpr std::size_t kMostAgreementImages = 200;  // that are looked through, evenly over all
-// Depths are the same within so much: what fusion averages, and what sensors are wrong by.
+// Depths closer than this are the same: what fusion averages, and what sensors are wrong by.
 inline constexpr double kSameDepthPixels = 4;
 inline constexpr double kSameDepthShare = 0.02;
 

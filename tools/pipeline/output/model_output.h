@@ -18,7 +18,8 @@ namespace lumatlas {
 // it is there, else the one that takes the output, because that has room for photographs.
 [[nodiscard]] std::filesystem::path scratch_folder_for(const std::filesystem::path& output);
 
-// How a model was built, as `build` wrote it: lumatlas.json and plan.json in a folder, the asset's "extras" in a .glb.
+// The notes of `build` on how it made a model: lumatlas.json and plan.json in a folder, "extras" of the asset in a
+// .glb.
 struct ModelNotes {
   nlohmann::json options;  // in effect; null: not known
   nlohmann::json plan;     // see plan_json(); null: not known
@@ -28,7 +29,7 @@ struct ModelNotes {
 // that are missing, or that another program wrote, are null.
 [[nodiscard]] ModelNotes read_model_notes(const std::filesystem::path& model);
 
-// Which views a model was built without; none: it was built from every one. Throws InputError, naming `model`, where
+// Returns the views that a model was built without; none: it was built from all. Throws InputError, naming `model`, if
 // its notes do not say.
 [[nodiscard]] std::optional<HoldOut> hold_out_of(const ModelNotes& notes, const std::filesystem::path& model);
 

@@ -25,7 +25,7 @@ class StreamRefinement {
                    const BuildOptions& options)
       : planner_(planner), lenses_(lenses), refinement_(planner, views, lenses, warn_of(options)), options_(options) {}
 
-  // A view is about to be offered: its photograph is to be undistorted by what is known of its lens.
+  // Prepares a view that is about to be offered: its photograph is undistorted by what is known of its lens.
   void before_offer(SceneView& view) const;
   // A view was offered, and is among the views. Throws as LensRefinement::correct().
   void after_offer();

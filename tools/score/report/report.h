@@ -50,8 +50,8 @@ struct ReportMethod {
   std::optional<Flicker> flicker = std::nullopt;  // along a path whose true pictures are known
 };
 
-// How far the store's mean fitted PSNR over the mesh's pixels is below the unbounded baseline's, dB; either part may be
-// below 0.
+// The difference of the unbounded baseline's mean fitted PSNR over the mesh's pixels and the store's, dB; either part
+// may be below 0.
 struct ReportShortfall {
   double moved = 0;   // because the poses of its photographs were refined, and those of the scored ones were not
   double budget = 0;  // the rest: fewer photographs, references and texels

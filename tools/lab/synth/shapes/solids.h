@@ -87,7 +87,7 @@ struct Tessellation {
 // not depend on max_edge, only how finely it is cut.
 [[nodiscard]] Tessellation tessellate(std::span<const Solid> solids, double max_edge);
 
-// How many faces tessellate() makes.
+// Returns the number of faces that tessellate() makes.
 [[nodiscard]] double count_faces(std::span<const Solid> solids, double max_edge);
 
 // The max_edge for about `faces` faces: within a few per cent where the solids are cut into many pieces, more where the

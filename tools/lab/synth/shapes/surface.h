@@ -40,8 +40,8 @@ struct Material {
   Pattern pattern = Pattern::plain;
   std::array<glm::vec3, 3> colors{glm::vec3(0.5F), glm::vec3(0.3F), glm::vec3(0.1F)};  // linear reflectances
   float scale = 1;  // the pattern's unit, scene units
-  // How wide the marks of cobbles, grass, bricks, shingles and foliage fade in, scene units, >= 0: a photograph whose
-  // pixels are small against it has nothing to lose when it is resampled.
+  // Width over which the marks of cobbles, grass, bricks, shingles and foliage fade in, scene units, >= 0. A photograph
+  // whose pixels are much smaller loses nothing when it is resampled.
   float softness = 0;
   std::uint32_t seed = 0;  // for the pattern's marks
   float gloss = 0;         // mirror reflectance at normal incidence, [0, 1]; 0: none at any angle

@@ -14,7 +14,7 @@
 
 namespace lumatlas {
 
-// How far measurements of points reach in one photograph, in pixels of its form. Without any, `least` is above `most`.
+// The extent of measurements of points in one photograph, in pixels of its form. Without any, `least` is above `most`.
 struct MeasuredExtent {
   double least_x = 1e300, most_x = -1e300;
   double least_y = 1e300, most_y = -1e300;
