@@ -71,9 +71,9 @@ void check_tiles(const Snapshot& snapshot) {
   require_count("tiles.slots", tiles.slots.size(), tiles.first_tile.back(), "tile");
   for (std::size_t tile = 0; tile < tiles.slots.size(); ++tile) {
     const std::uint32_t slot = tiles.slots[tile];
-    if (slot == TilePlace::none || slot < kMostTileSlots) continue;
+    if (slot == TilePlace::none || slot < kMostTilePlaces) continue;
     refuse_snapshot(entry("tiles.slots", tile) + " is " + std::to_string(slot) + ", must be below " +
-                    std::to_string(kMostTileSlots) + " or TilePlace::none");
+                    std::to_string(kMostTilePlaces) + " or TilePlace::none");
   }
 }
 

@@ -46,14 +46,14 @@ void check_choice(const TileChoice& choice, const TileDemand& demand) {
 
 SnapshotMaker::SnapshotMaker(const TileOptions& layout, TilePolicy policy)
     : layout_(layout), policy_(std::move(policy)), colors_(std::make_shared<VertexColors>()) {
-  if (!layout.whole_views()) slots_.emplace(layout);
+  if (!layout.whole_views()) places_.emplace(layout);
 }
 
 void SnapshotMaker::set_tile_limit(std::uint32_t max_tiles) {
-  if (!slots_) return;
+  if (!places_) return;
   TileOptions layout = layout_;
   layout.max_tiles = max_tiles;
-  slots_ = TileSlots(layout);
+  places_ = TilePlaces(layout);
   layout_ = layout;
   resident_.clear();
 }
@@ -87,7 +87,7 @@ void SnapshotMaker::follow(StoreChanges& changes) {
   store_ = std::move(changes);
   store_.references.clear();
   store_.seen.clear();
-  if (!slots_) return;
+  if (!places_) return;
   for (ViewSlot slot{0}; slot < slots; ++slot) {
     if (view_changed[slot] != 0) needed_[slot] = needed_tiles(slot);
   }
@@ -137,8 +137,8 @@ void SnapshotMaker::make_tiles_resident(Snapshot& snapshot) {
   for (const auto& view : store_.views) {
     tiles_of_view.push_back(view ? TileGrid(view->camera.width, view->camera.height, layout_.tile_px).tiles() : 0);
   }
-  slots_->assign(tiles, tiles_of_view);
-  snapshot.tiles = slots_->table();
+  places_->assign(tiles, tiles_of_view);
+  snapshot.tiles = places_->table();
   resident_ = std::move(tiles);
 }
 
@@ -150,9 +150,9 @@ Snapshot SnapshotMaker::snapshot(StoreChanges changes) {
   snapshot.gains = store_.gains;
   snapshot.cell_seen = cell_seen_;
   snapshot.references = table_;
-  if (slots_) make_tiles_resident(snapshot);
+  if (places_) make_tiles_resident(snapshot);
   // Whole views in blocks have the levels of kWholeViews, as a file that is read has them.
-  if (!slots_ && layout_.texels != TexelFormat::rgb8) {
+  if (!places_ && layout_.texels != TexelFormat::rgb8) {
     snapshot.tiles.options = {0, kWholeViews.gutter_px, 0, layout_.texels};
   }
   snapshot.vertex_colors = {store_.surface->mesh.positions.size(),

@@ -64,7 +64,7 @@ class SnapshotMaker {
   ReferenceTable table_;                            // made from references_
   std::vector<std::vector<std::uint32_t>> needed_;  // one per view slot: the tiles that the references need
   std::vector<ViewTile> resident_;                  // in the last snapshot, of views that are still there
-  std::optional<TileSlots> slots_;                  // none: whole views
+  std::optional<TilePlaces> places_;                // none: whole views
   std::shared_ptr<VertexColors> colors_;            // shared with snapshots whose colours are not made yet
 };
 

@@ -170,8 +170,9 @@ TileTable ModelReader::tiles(const std::vector<ViewEntry>& views) const {
   if (tiles >= TilePlace::none) file.refuse("has " + std::to_string(tiles) + " tiles, too many");
   std::uint32_t next = 0;
   for (const std::uint8_t there : resident) table.slots.push_back(there ? TilePlace{next++} : TilePlace::none);
-  if (next > kMostTileSlots) {
-    file.refuse("has " + std::to_string(next) + " resident tiles, must have at most " + std::to_string(kMostTileSlots));
+  if (next > kMostTilePlaces) {
+    file.refuse("has " + std::to_string(next) + " resident tiles, must have at most " +
+                std::to_string(kMostTilePlaces));
   }
   return table;
 }

@@ -145,8 +145,8 @@ std::uint32_t levels_of(const TileOptions& options) {
   return options.texels == TexelFormat::rgb8 ? levels : std::max(levels, 2u) - 1;
 }
 
-std::uint64_t slot_bytes(const TileOptions& options) {
-  const std::uint64_t side = options.slot_px();
+std::uint64_t place_bytes(const TileOptions& options) {
+  const std::uint64_t side = options.place_px();
   const std::uint64_t blocks = depth_blocks(options.tile_px);
   std::uint64_t bytes = kDepthBlockBytes * blocks * blocks;
   for (std::uint32_t level = 0; level < levels_of(options); ++level) {
@@ -156,26 +156,26 @@ std::uint64_t slot_bytes(const TileOptions& options) {
   return bytes;
 }
 
-PageLayout pages_for(std::uint32_t slots, std::uint32_t most_pages, std::uint32_t most_columns) {
+PageLayout pages_for(std::uint32_t places, std::uint32_t most_pages, std::uint32_t most_columns) {
   require(most_pages >= 1, "most_pages", most_pages, "at least 1");
   require(most_columns >= 1, "most_columns", most_columns, "at least 1");
-  slots = std::max(slots, 1u);
+  places = std::max(places, 1u);
   std::uint32_t side = 4;
-  if (slots < side * side && slots <= most_columns) return {slots, 1, 1};
-  while (std::uint64_t{side} * side * most_pages < slots && 2 * side <= most_columns) side *= 2;
-  PageLayout layout{std::min(side, slots), 1, 1};
-  layout.rows = std::min(side, (slots + layout.columns - 1) / layout.columns);
-  layout.pages = (slots + layout.columns * layout.rows - 1) / (layout.columns * layout.rows);
+  if (places < side * side && places <= most_columns) return {places, 1, 1};
+  while (std::uint64_t{side} * side * most_pages < places && 2 * side <= most_columns) side *= 2;
+  PageLayout layout{std::min(side, places), 1, 1};
+  layout.rows = std::min(side, (places + layout.columns - 1) / layout.columns);
+  layout.pages = (places + layout.columns * layout.rows - 1) / (layout.columns * layout.rows);
   return layout;
 }
 
-std::uint32_t slots_within(std::uint64_t bytes, const TileOptions& options) {
+std::uint32_t places_within(std::uint64_t bytes, const TileOptions& options) {
   require_tiles(options);
   // GL 4.5 promises 2048 layers and 16384 pixels a side: what any driver lays out alike.
   constexpr std::uint32_t kPromisedPages = 2048, kPromisedSide = 16384;
-  const auto fit = static_cast<std::uint32_t>(std::min(bytes / slot_bytes(options), std::uint64_t{kMostTileSlots}));
+  const auto fit = static_cast<std::uint32_t>(std::min(bytes / place_bytes(options), std::uint64_t{kMostTilePlaces}));
   if (fit == 0) return 0;
-  const PageLayout layout = pages_for(fit, kPromisedPages, kPromisedSide / options.slot_px());
+  const PageLayout layout = pages_for(fit, kPromisedPages, kPromisedSide / options.place_px());
   if (layout.pages > 1) return fit / (layout.columns * layout.rows) * (layout.columns * layout.rows);
   return fit / layout.columns * layout.columns;
 }
@@ -278,19 +278,19 @@ std::uint32_t TileTable::resident_tiles() const {
       std::count_if(slots.begin(), slots.end(), [](TilePlace place) { return place != TilePlace::none; }));
 }
 
-std::uint32_t TileTable::slots_needed() const {
+std::uint32_t TileTable::places_needed() const {
   std::uint32_t needed = 0;
   for (const TilePlace place : slots) needed = place == TilePlace::none ? needed : std::max(needed, place + 1);
   return needed;
 }
 
-TileSlots::TileSlots(const TileOptions& options) {
+TilePlaces::TilePlaces(const TileOptions& options) {
   require_tiles(options);
   table_.options = options;
 }
 
 // Gives the slots of tiles back whose views are gone, or have another number of tiles than before.
-void TileSlots::resize(std::span<const std::uint32_t> tiles_of_view) {
+void TilePlaces::resize(std::span<const std::uint32_t> tiles_of_view) {
   TileTable table;
   table.options = table_.options;
   table.first_tile.push_back(0);
@@ -311,7 +311,7 @@ void TileSlots::resize(std::span<const std::uint32_t> tiles_of_view) {
   table_ = std::move(table);
 }
 
-void TileSlots::assign(std::span<const ViewTile> tiles, std::span<const std::uint32_t> tiles_of_view) {
+void TilePlaces::assign(std::span<const ViewTile> tiles, std::span<const std::uint32_t> tiles_of_view) {
   const std::uint32_t most = table_.options.max_tiles;
   if (most > 0 && tiles.size() > most) {
     throw std::logic_error("tiles: " + std::to_string(tiles.size()) + " are to be resident, at most " +

@@ -24,7 +24,7 @@
 namespace lumatlas {
 
 // Larger than any texture array: this many tiles of the smallest size take a hundred gigabytes.
-inline constexpr std::uint32_t kMostTileSlots = 1u << 30;
+inline constexpr std::uint32_t kMostTilePlaces = 1u << 30;
 
 struct TileOptions {
   std::uint32_t tile_px = 64;   // side of a tile without its gutter; a multiple of 8 in [8, 1024]; 0: whole views
@@ -35,7 +35,7 @@ struct TileOptions {
   TexelFormat texels = TexelFormat::rgb8;
 
   [[nodiscard]] bool whole_views() const { return tile_px == 0; }
-  [[nodiscard]] std::uint32_t slot_px() const { return tile_px + 2 * gutter_px; }
+  [[nodiscard]] std::uint32_t place_px() const { return tile_px + 2 * gutter_px; }
 };
 
 inline constexpr TileOptions kWholeViews{0, 4, 0};
@@ -48,19 +48,19 @@ void check(const TileOptions& options);
 [[nodiscard]] std::uint32_t levels_of(const TileOptions& options);
 
 // Returns the bytes of one tile place, in the format of atlas/tiles/texel_format.h with its coarser levels.
-[[nodiscard]] std::uint64_t slot_bytes(const TileOptions& options);
+[[nodiscard]] std::uint64_t place_bytes(const TileOptions& options);
 // Returns how many tile places a texture array within `bytes` has at most, in whole pages: see pages_for(). Throws
 // std::invalid_argument unless the options pass check() and cut views into tiles.
-[[nodiscard]] std::uint32_t slots_within(std::uint64_t bytes, const TileOptions& options);
+[[nodiscard]] std::uint32_t places_within(std::uint64_t bytes, const TileOptions& options);
 
 // A texture array's pages, each of columns x rows tile places.
 struct PageLayout {
   std::uint32_t columns, rows, pages;
 };
-// Returns the pages for at least `slots` tile places. Pages are small, so that few places stay unused, but there are no
-// more than `most_pages` as long as their sides stay within `most_columns` tile places. Both must be at least 1
+// Returns the pages for at least `places` tile places. Pages are small, so that few places stay unused, but there are
+// no more than `most_pages` as long as their sides stay within `most_columns` tile places. Both must be at least 1
 // (std::invalid_argument).
-[[nodiscard]] PageLayout pages_for(std::uint32_t slots, std::uint32_t most_pages, std::uint32_t most_columns);
+[[nodiscard]] PageLayout pages_for(std::uint32_t places, std::uint32_t most_pages, std::uint32_t most_columns);
 
 // An image cut into tiles, row by row from the top left; those at the right and at the bottom reach beyond it.
 // `tile_px` must not be 0 (std::invalid_argument).
@@ -123,8 +123,8 @@ struct TileTable {
   [[nodiscard]] std::vector<std::uint8_t> resident_pixels(ViewSlot view, const Camera& camera) const;
   [[nodiscard]] bool has_resident_tile(ViewSlot view) const;
   [[nodiscard]] std::uint32_t resident_tiles() const;
-  // Tile places that a texture array must have, for each number in `slots` to be one of them.
-  [[nodiscard]] std::uint32_t slots_needed() const;
+  // Tile places that a texture array must have, so that each entry of `slots` is one of them.
+  [[nodiscard]] std::uint32_t places_needed() const;
 };
 
 struct ViewTile {
@@ -132,11 +132,11 @@ struct ViewTile {
   std::uint32_t tile;
 };
 
-// Gives tiles their tile places, and takes them away again, so that a tile that stays resident keeps its tile place.
-class TileSlots {
+// Gives tiles their tile places, and frees them, so that a tile that stays resident keeps its tile place.
+class TilePlaces {
  public:
   // Throws std::invalid_argument unless the options pass check() and cut views into tiles.
-  explicit TileSlots(const TileOptions& options);
+  explicit TilePlaces(const TileOptions& options);
 
   // Makes those tiles resident and no others. `tiles_of_view` says how many each view slot has; a free one has
   // none. Throws std::logic_error, and changes nothing, for more tiles than max_tiles, or one that its view has not.

@@ -192,17 +192,17 @@ ArrayShape layers_shape(std::span<const Camera> views, const TileOptions& option
   return shape;
 }
 
-ArrayShape tiles_shape(std::uint32_t slots, const TileOptions& options, const ArrayLimits& limits) {
-  const PageLayout pages = pages_for(slots, limits.pages, limits.side / options.slot_px());
-  const std::uint32_t side = options.slot_px(), blocks = depth_blocks(options.tile_px);
+ArrayShape tiles_shape(std::uint32_t places, const TileOptions& options, const ArrayLimits& limits) {
+  const PageLayout pages = pages_for(places, limits.pages, limits.side / options.place_px());
+  const std::uint32_t side = options.place_px(), blocks = depth_blocks(options.tile_px);
   return {side, side, pages.columns, pages.rows, pages.pages, levels_of(options), options.texels, blocks, blocks};
 }
 
 ArrayShape array_shape(const Snapshot& snapshot, bool blocks) {
   const TileOptions& options = snapshot.tiles.options;
-  const std::uint32_t slots = options.max_tiles > 0 ? options.max_tiles : snapshot.tiles.slots_needed();
+  const std::uint32_t places = options.max_tiles > 0 ? options.max_tiles : snapshot.tiles.places_needed();
   ArrayShape shape = snapshot.tiles.whole_views() ? layers_shape(cameras_of(snapshot), options)
-                                                  : tiles_shape(slots, options, limits_of_driver());
+                                                  : tiles_shape(places, options, limits_of_driver());
   if (!blocks || !driver_takes(shape.format)) shape.format = TexelFormat::rgb8;
   return shape;
 }

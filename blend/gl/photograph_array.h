@@ -50,9 +50,9 @@ struct ArrayLimits {
   std::uint32_t side = 16384;  // texels
 };
 
-// Returns the shape of an array for at least `slots` tiles, or for whole views, which all take as much as the largest.
+// Returns the shape of an array for at least `places` tiles, or for whole views, which all take as much as the largest.
 // The options must pass check().
-[[nodiscard]] ArrayShape tiles_shape(std::uint32_t slots, const TileOptions& options, const ArrayLimits& limits);
+[[nodiscard]] ArrayShape tiles_shape(std::uint32_t places, const TileOptions& options, const ArrayLimits& limits);
 [[nodiscard]] ArrayShape layers_shape(std::span<const Camera> views, const TileOptions& options);
 
 // Returns whether the driver of the current context takes textures of the format.

@@ -332,7 +332,7 @@ TEST_CASE("each rule of a snapshot is checked by name") {
   refused([](Snapshot& s) { s.tiles.slots.pop_back(); },
           "snapshot: tiles.slots has " + std::to_string(good.tiles.slots.size() - 1) +
               " entries, must have one per tile, " + std::to_string(good.tiles.slots.size()));
-  refused([](Snapshot& s) { s.tiles.slots[0] = TilePlace{kMostTileSlots}; },
+  refused([](Snapshot& s) { s.tiles.slots[0] = TilePlace{kMostTilePlaces}; },
           "snapshot: tiles.slots[0] is 1073741824, must be below 1073741824 or TilePlace::none");
   refused([](Snapshot& s) { s.tiles.first_tile[1] += 1; },
           "snapshot: tiles.first_tile[1] is 7, must be 6 for the 6 tiles of slot 0");

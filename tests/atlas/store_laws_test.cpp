@@ -365,7 +365,7 @@ TEST_CASE("memory follows resident tiles") {
   write_model(folder.path(), atlas.snapshot(), {});
   const Snapshot read = read_model(folder.path()).snapshot;
   REQUIRE(read.tiles.resident_tiles() == 1);
-  const std::size_t texels = kLayout.slot_px() * kLayout.slot_px();
+  const std::size_t texels = kLayout.place_px() * kLayout.place_px();
   CHECK(bytes_of(*read.views[0]) <= 16 * texels);  // twice what a texel takes; a tile is a 64th of the view
 }
 

@@ -66,7 +66,7 @@ TEST_CASE("the shader agrees with the CPU reference where only some tiles are re
   const auto visibility = make_ray_visibility(some.surface->mesh);
   Renderer renderer;
   renderer.load(some);
-  CHECK(array_bytes(some) >= most * slot_bytes({16, 2, 0}));
+  CHECK(array_bytes(some) >= most * place_bytes({16, 2, 0}));
   double different = 0, changed = 0;
   for (std::size_t number = 0; number < 4; ++number) {
     const Camera camera = between_views(2 * number);
@@ -167,7 +167,7 @@ TEST_CASE("an array takes no more than its budget") {
   if (!context) return;
   for (const std::uint64_t budget : {20'000ull, 150'000ull, 1'000'000ull, 9'000'000ull}) {
     TileOptions layout{16, 2, 0};
-    layout.max_tiles = slots_within(budget, layout);
+    layout.max_tiles = places_within(budget, layout);
     const Snapshot snapshot = room_snapshot(8, {}, layout, choose_tiles);
     CHECK(array_bytes(snapshot) <= budget);
     CHECK(array_bytes(snapshot) > budget * 3 / 4);

@@ -148,7 +148,7 @@ TEST_CASE("a budget of exactly one view holds one, of a byte less is refused, an
 TEST_CASE("a budget of one tile shows one tile, and tiles larger than the photographs show all of them") {
   BuildOptions options = plain_build();
   options.tiles = {16, 2, 0};
-  options.bound = Bound::of_array(slot_bytes(options.tiles));
+  options.bound = Bound::of_array(place_bytes(options.tiles));
   const BuildResult one = built(ten_views(), options);
   CHECK(one.snapshot.tiles.resident_tiles() == 1);
   CHECK(textured_share(pictured(one, novel_camera())) > 0);

@@ -444,7 +444,7 @@ TEST_CASE("a store never has more tiles resident than its array, and refers to n
       const Snapshot snapshot = stream.atlas.snapshot();
       const TileTable& tiles = snapshot.tiles;
       REQUIRE(tiles.resident_tiles() <= most);
-      REQUIRE(tiles.slots_needed() <= most);
+      REQUIRE(tiles.places_needed() <= most);
       was_full |= tiles.resident_tiles() == most;
       for (CellId cell{0}; cell < 9; ++cell) {
         REQUIRE(snapshot.references.of_cell(cell).size() <= stream.atlas.references(cell).size());

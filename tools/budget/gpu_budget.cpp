@@ -35,7 +35,7 @@ GpuBudget::GpuBudget(std::uint64_t bytes, const std::shared_ptr<const Surface>& 
                      const std::filesystem::path& mesh_file)
     : bytes_(bytes), of_surface_(0), mesh_file_(mesh_file), count_(surface) {
   of_surface_ = count_.of_surface();
-  if (const std::uint64_t least = of_surface_ + slot_bytes(layout); least > bytes) refuse(least);
+  if (const std::uint64_t least = of_surface_ + place_bytes(layout); least > bytes) refuse(least);
 }
 
 void GpuBudget::refuse(std::uint64_t least) const {
@@ -48,7 +48,7 @@ void GpuBudget::refuse(std::uint64_t least) const {
 double GpuBudget::room_of_tiles(Atlas& atlas) const {
   atlas.set_tile_limit(0);
   const GpuBytes bytes = count_.of(atlas.snapshot());
-  const std::uint64_t others = bytes.sum() - bytes.photographs(), one = slot_bytes(atlas.layout());
+  const std::uint64_t others = bytes.sum() - bytes.photographs(), one = place_bytes(atlas.layout());
   const std::uint64_t room = std::max(others < bytes_ ? bytes_ - others : 0, one);
   return static_cast<double>(room) / static_cast<double>(std::max(bytes.photographs(), one));
 }
@@ -62,16 +62,16 @@ Snapshot GpuBudget::fitted_snapshot(Atlas& atlas) const {
   GpuBytes bytes = count_.of(best);
   if (bytes.sum() <= bytes_) return best;
   const TileOptions layout = atlas.layout();
-  const std::uint64_t tolerance = bytes_ / kUnused / slot_bytes(layout) + 1;
+  const std::uint64_t tolerance = bytes_ / kUnused / place_bytes(layout) + 1;
   std::uint32_t fit = 0, too_many = best.tiles.resident_tiles();
   for (int tries = 0; fit == 0 || (tries < kMostTries && too_many - fit > tolerance); ++tries) {
     throw_if_interrupted();
     if (too_many <= 1) refuse(bytes.sum());
     const std::uint64_t others = bytes.sum() - bytes.photographs();
-    const std::uint64_t room = others < bytes_ ? (bytes_ - others) / slot_bytes(layout) : 0;
+    const std::uint64_t room = others < bytes_ ? (bytes_ - others) / place_bytes(layout) : 0;
     const bool between = fit < room && room < too_many;
     const std::uint32_t wanted = between ? static_cast<std::uint32_t>(room) : fit + (too_many - fit + 1) / 2;
-    const std::uint32_t tiles = std::max(slots_within(wanted * slot_bytes(layout), layout), 1u);
+    const std::uint32_t tiles = std::max(places_within(wanted * place_bytes(layout), layout), 1u);
     if (tiles <= fit) break;
     atlas.set_tile_limit(tiles);
     Snapshot next = atlas.snapshot();

@@ -52,7 +52,7 @@ std::uint64_t bytes_of_whole_photographs(const Stream& stream, const BuildOption
   }
   std::sort(tiles.begin(), tiles.end(), std::greater<>());
   tiles.resize(std::min<std::size_t>(tiles.size(), options.max_views.value_or(~0u)));
-  return slot_bytes(options.tiles) * std::accumulate(tiles.begin(), tiles.end(), std::uint64_t{0});
+  return place_bytes(options.tiles) * std::accumulate(tiles.begin(), tiles.end(), std::uint64_t{0});
 }
 
 // Returns whether the bytes of the GPU have room for all that the stream may bring.

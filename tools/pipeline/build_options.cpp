@@ -30,7 +30,7 @@ void check_bound(const BuildOptions& options) {
     throw std::invalid_argument("build: bound is on the loss, planner.max_loss_db must be given too");
   }
   if (bound.array_bytes() == 0) return;
-  if (const std::uint64_t least = slot_bytes(options.tiles); bound.array_bytes() < least) {
+  if (const std::uint64_t least = place_bytes(options.tiles); bound.array_bytes() < least) {
     throw std::invalid_argument("build: bound allows an array of " + std::to_string(bound.array_bytes()) +
                                 " bytes, must be at least what a tile takes, " + std::to_string(least));
   }
@@ -77,7 +77,7 @@ void check(const BuildOptions& options) {
 std::uint64_t photograph_bytes_for(std::uint64_t tile_bytes, const TileOptions& tiles) {
   TileOptions uncompressed = tiles;
   uncompressed.texels = TexelFormat::rgb8;
-  const double times = static_cast<double>(slot_bytes(uncompressed)) / static_cast<double>(slot_bytes(tiles));
+  const double times = static_cast<double>(place_bytes(uncompressed)) / static_cast<double>(place_bytes(tiles));
   return static_cast<std::uint64_t>(times * static_cast<double>(kPhotographsPerArray * tile_bytes));
 }
 

@@ -17,8 +17,8 @@ std::uint64_t bytes_of_budget(const ModelBudget& budget, const TileOptions& tile
   Camera one;
   one.width = one.height = 1;
   if (tiles.whole_views()) return budget.texels * stored_bytes(one);
-  const std::uint64_t slot_texels = std::uint64_t{tiles.slot_px()} * tiles.slot_px();
-  return std::max<std::uint64_t>(budget.texels / slot_texels, 1) * slot_bytes(tiles);
+  const std::uint64_t place_texels = std::uint64_t{tiles.place_px()} * tiles.place_px();
+  return std::max<std::uint64_t>(budget.texels / place_texels, 1) * place_bytes(tiles);
 }
 
 // Half of the bound is for texels, a quarter, and what they leave, for faces, and the rest for what is left out.
@@ -31,9 +31,9 @@ void bound_loss(double loss_db, bool keeps_max_views, BuildOptions& options) {
 }
 
 void require_room_for_a_tile(std::uint64_t bytes, const TileOptions& tiles) {
-  if (bytes >= slot_bytes(tiles)) return;
+  if (bytes >= place_bytes(tiles)) return;
   throw std::invalid_argument("budget: is " + std::to_string(bytes) + " bytes, less than the " +
-                              std::to_string(slot_bytes(tiles)) +
+                              std::to_string(place_bytes(tiles)) +
                               " of a single tile: give more, or make tiles smaller");
 }
 

@@ -43,7 +43,7 @@ std::uint32_t capacity_for(const Stream& stream, const BuildOptions& options, st
 
 TileOptions layout_of(const BuildOptions& options) {
   TileOptions layout = options.tiles;
-  if (options.bound.array_bytes() > 0) layout.max_tiles = slots_within(options.bound.array_bytes(), options.tiles);
+  if (options.bound.array_bytes() > 0) layout.max_tiles = places_within(options.bound.array_bytes(), options.tiles);
   return layout;
 }
 

@@ -117,7 +117,8 @@ TEST_CASE("every slot shows the same compressed texels of a view, whichever tile
     for (std::uint32_t tile = 0; tile < grid.tiles(); ++tile) {
       const std::int64_t left = std::int64_t{tile % grid.columns} * layout.tile_px - layout.gutter_px;
       const std::int64_t top = std::int64_t{tile / grid.columns} * layout.tile_px - layout.gutter_px;
-      const std::vector<ImageLevel> slot = image_levels(view, {left, top, layout.slot_px(), layout.slot_px()}, levels);
+      const std::vector<ImageLevel> slot =
+          image_levels(view, {left, top, layout.place_px(), layout.place_px()}, levels);
       for (std::uint32_t level = 0; level < levels; ++level) {
         const ImageLevel seen = through_blocks(slot[level]);
         std::size_t different = 0;

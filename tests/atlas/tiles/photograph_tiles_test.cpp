@@ -36,7 +36,7 @@ TEST_CASE("a tile's side and gutter must suit a texture array") {
         "tiles: tile_px is 1032, must be a multiple of 8 from 8 to 1024, or 0 for whole views");
   CHECK(refusal_of({64, 3, 0}) == "tiles: gutter_px is 3, must be 1, 2, 4 or 8");
   CHECK(refusal_of({64, 0, 0}) == "tiles: gutter_px is 0, must be 1, 2, 4 or 8");
-  CHECK_THROWS_AS(TileSlots(kWholeViews), std::invalid_argument);
+  CHECK_THROWS_AS(TilePlaces(kWholeViews), std::invalid_argument);
 }
 
 TEST_CASE("compressed texels are of whole blocks in every level") {
@@ -51,12 +51,12 @@ TEST_CASE("compressed texels are of whole blocks in every level") {
       REQUIRE(refusal_of(options) == "accepted");
       REQUIRE(levels_of(options) + 1 == levels_of({tile, gutter, 0}));
       for (std::uint32_t level = 0; level < levels_of(options); ++level) {
-        REQUIRE((options.slot_px() >> level) % 4 == 0);
+        REQUIRE((options.place_px() >> level) % 4 == 0);
         REQUIRE((tile >> level) % 4 == 0);
       }
     }
   }
-  CHECK(slot_bytes({64, 4, 0, kBlocks}) == 64 * 64 / 4 + 72 * 72 + 36 * 36);
+  CHECK(place_bytes({64, 4, 0, kBlocks}) == 64 * 64 / 4 + 72 * 72 + 36 * 36);
 }
 
 std::uint64_t allocated(std::uint32_t slots) {
@@ -66,16 +66,16 @@ std::uint64_t allocated(std::uint32_t slots) {
 
 TEST_CASE("the array of a budget is the largest that it holds") {
   const TileOptions options{64, 4, 0};
-  const std::uint64_t slot = slot_bytes(options);
+  const std::uint64_t slot = place_bytes(options);
   CHECK(slot == 64 * 64 / 4 + 4 * (72 * 72 + 36 * 36 + 18 * 18));
-  CHECK(slots_within(slot - 1, options) == 0);
-  CHECK(slots_within(slot, options) == 1);
+  CHECK(places_within(slot - 1, options) == 0);
+  CHECK(places_within(slot, options) == 1);
   std::mt19937 random(1);
   std::uniform_int_distribution<std::uint64_t> sizes(1, 300'000);
   for (int run = 0; run < 300; ++run) {
     const std::uint64_t whole = sizes(random) * slot;
     const std::uint64_t bytes = whole + sizes(random) % slot;
-    const std::uint32_t slots = slots_within(bytes, options);
+    const std::uint32_t slots = places_within(bytes, options);
     REQUIRE(allocated(slots) == slots);
     REQUIRE(slots * slot <= bytes);
     REQUIRE(allocated(slots + 1) * slot > bytes);  // the next larger array that there is
@@ -146,7 +146,7 @@ TEST_CASE("resident pixels are those of resident tiles and their gutters") {
   table.slots[4] = 3;  // x 8..16, y 8..16
   table.slots[8] = 0;  // x 16..20, y 16..17
   CHECK(table.resident_tiles() == 2);
-  CHECK(table.slots_needed() == 4);
+  CHECK(table.places_needed() == 4);
   const std::vector<std::uint8_t> mask = table.resident_pixels(0, camera);
   for (std::uint32_t y = 0; y < 17; ++y) {
     for (std::uint32_t x = 0; x < 20; ++x) {
@@ -161,7 +161,7 @@ TEST_CASE("resident pixels are those of resident tiles and their gutters") {
 
 TEST_CASE("tiles that stay keep their slots, others give theirs back, and none is used twice") {
   constexpr std::uint32_t kViews = 6, kTiles = 20, kMost = 25;
-  TileSlots slots({8, 1, kMost});
+  TilePlaces slots({8, 1, kMost});
   std::mt19937 random(5);
   std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t> before;
   std::vector<std::uint32_t> tiles_of_view(kViews, kTiles);
@@ -180,7 +180,7 @@ TEST_CASE("tiles that stay keep their slots, others give theirs back, and none i
     slots.assign(tiles, tiles_of_view);
     const TileTable& table = slots.table();
     REQUIRE(table.resident_tiles() == wanted.size());
-    REQUIRE(table.slots_needed() <= kMost);
+    REQUIRE(table.places_needed() <= kMost);
     std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t> now;
     std::set<std::uint32_t> used;
     for (const auto& tile : wanted) {
@@ -199,7 +199,7 @@ TEST_CASE("tiles that stay keep their slots, others give theirs back, and none i
 TEST_CASE("each rule of cutting views into tiles is checked by name") {
   CHECK_THROWS_MATCHES(TileGrid(8, 8, 0), std::invalid_argument,
                        Catch::Message("tiles: tile_px is 0, must be above 0 to cut an image"));
-  CHECK_THROWS_MATCHES(slots_within(1000, kWholeViews), std::invalid_argument,
+  CHECK_THROWS_MATCHES(places_within(1000, kWholeViews), std::invalid_argument,
                        Catch::Message("tiles: tile_px is 0, must be above 0, for whole views have no slots"));
   CHECK_THROWS_MATCHES(pages_for(1, 0, 1), std::invalid_argument,
                        Catch::Message("tiles: most_pages is 0, must be at least 1"));
@@ -216,7 +216,7 @@ TEST_CASE("each rule of cutting views into tiles is checked by name") {
   CHECK_THROWS_MATCHES(shown_cells(view, face, surface->cells, kSmallTiles), std::invalid_argument,
                        Catch::Message("tiles: view a: face has 80 values, must have one per pixel, 81"));
   CHECK_THROWS_AS(shown_cells(view, face, surface->cells, {8, 3, 0}), std::invalid_argument);
-  TileSlots slots({8, 1, 9});
+  TilePlaces slots({8, 1, 9});
   const std::vector<std::uint32_t> tiles_of_view{4, 0};
   const std::vector<ViewTile> beyond{{0, 4}}, free{{1, 0}}, nowhere{{2, 0}};
   for (const auto& tiles : {beyond, free, nowhere})

@@ -596,15 +596,15 @@ TEST_CASE("tiles are bounded in bytes or texels, and what is shown with all of t
     return nlohmann::json::parse(outcome.out);
   };
   const nlohmann::json all = build("tiles", {"--set", "tiles.tile=16", "--set", "tiles.gutter=2"});
-  const std::uint64_t slot_texels = 20 * 20, slot_size = (20 * 20 + 10 * 10) * 4 + 2 * 2 * 16;
-  CHECK(all["texels"]["resident"].get<std::uint64_t>() / slot_texels * slot_size == all["bytes"]["resident"]);
+  const std::uint64_t place_texels = 20 * 20, slot_size = (20 * 20 + 10 * 10) * 4 + 2 * 2 * 16;
+  CHECK(all["texels"]["resident"].get<std::uint64_t>() / place_texels * slot_size == all["bytes"]["resident"]);
   const nlohmann::json some =
       build("some", {"--set", "tiles.tile=16", "--set", "tiles.gutter=2", "--budget", "20ktexels"});
   CHECK(some["texels"]["budget"] <= 20'000);
   CHECK(some["texels"]["resident"] <= some["texels"]["budget"]);
   CHECK(some["texels"]["resident"] > 10'000);
-  CHECK(options_beside(folder / "some")["budget"] == 20'000 / slot_texels * slot_size);
-  CHECK(options_beside(folder / "some")["photograph_bytes"] == 4 * (20'000 / slot_texels * slot_size));
+  CHECK(options_beside(folder / "some")["budget"] == 20'000 / place_texels * slot_size);
+  CHECK(options_beside(folder / "some")["photograph_bytes"] == 4 * (20'000 / place_texels * slot_size));
   CHECK(options_beside(folder / "some")["settings"]["tiles.layout"] == "tiles");
   const std::uint64_t less = all["gpu"]["sum"].get<std::uint64_t>() - all["gpu"]["colors"].get<std::uint64_t>() / 2;
   CHECK(build("bytes", {"--set", "tiles.tile=16", "--set", "tiles.gutter=2", "--budget",

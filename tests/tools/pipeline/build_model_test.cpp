@@ -130,7 +130,7 @@ TEST_CASE("snapshots that are taken while a model is built do not change it") {
   options.max_views = 8;
   options.refine = RefineMode::exposure;
   options.tiles = {16, 2, 0};
-  options.bound = Bound::of_array(40 * slot_bytes(options.tiles));  // so few that the planner must choose
+  options.bound = Bound::of_array(40 * place_bytes(options.tiles));  // so few that the planner must choose
   const BuildResult alone = build_model(small_scene(), options);
   const Atlas* watched = nullptr;
   std::size_t snapshots = 0;
@@ -429,7 +429,7 @@ TEST_CASE("the texture array of tiles never takes more than its budget, and phot
   BuildOptions options = options_for(100);
   options.tiles = {16, 2, 0};
   const BuildResult unbounded = build_model(small_scene(), options);
-  const std::uint64_t needed = slot_bytes(options.tiles) * unbounded.snapshot.tiles.resident_tiles();
+  const std::uint64_t needed = place_bytes(options.tiles) * unbounded.snapshot.tiles.resident_tiles();
   CHECK(summary(unbounded, options)["bytes"]["resident"] == needed);
   CHECK(summary(unbounded, options)["bytes"]["budget"].is_null());
   for (const std::uint64_t share : {2, 5, 50}) {
@@ -448,7 +448,7 @@ TEST_CASE("the texture array of tiles never takes more than its budget, and phot
   options.planner.max_bytes = 3 * kBytesPerView;
   options.bound = {};
   CHECK(stored(build_model(small_scene(), options)).size() == 3);
-  options.bound = Bound::of_array(slot_bytes(options.tiles) - 1);
+  options.bound = Bound::of_array(place_bytes(options.tiles) - 1);
   CHECK_THROWS_WITH(build_model(small_scene(), options), Catch::Contains("must be at least what a tile takes"));
 }
 
@@ -512,7 +512,7 @@ TEST_CASE("tiles are compressed only where a budget has no room for the photogra
   options.tight_tiles = TileOptions{8, 4, 0, TexelFormat::bc7};
   const BuildResult all = build_model(small_scene(), options);
   CHECK(all.snapshot.tiles.options.texels == TexelFormat::rgb8);
-  const std::uint64_t whole_views = kViews * TileGrid(64, 48, 8).tiles() * slot_bytes(options.tiles);
+  const std::uint64_t whole_views = kViews * TileGrid(64, 48, 8).tiles() * place_bytes(options.tiles);
   options.bound = Bound::of_gpu(GpuByteCount(all.snapshot.surface).of_surface() + whole_views);
   CHECK(build_model(small_scene(), options).snapshot.tiles.options.texels == TexelFormat::rgb8);
   options.bound = Bound::of_gpu(options.bound.gpu_bytes() - 1);

@@ -99,7 +99,7 @@ SceneFacts scene_facts(const std::filesystem::path& scene, const OptionValues& b
     held = static_cast<double>(*most) / static_cast<double>(facts.offered);
   }
   facts.texels *= held;
-  facts.bytes = held * tiles * static_cast<double>(slot_bytes(layout)) +
+  facts.bytes = held * tiles * static_cast<double>(place_bytes(layout)) +
                 static_cast<double>(GpuByteCount(input.surface).of_surface());
   return facts;
 }

@@ -104,11 +104,11 @@ void hold_layers(const BuildResult& result, const BuildOptions& options, Holding
 
 void hold_tiles(const BuildResult& result, const BuildOptions& options, Holding& holding) {
   const TileTable& tiles = result.snapshot.tiles;
-  const std::uint64_t slot_texels = std::uint64_t{options.tiles.slot_px()} * options.tiles.slot_px();
-  holding.texels = slot_texels * tiles.resident_tiles();
-  holding.bytes = slot_bytes(options.tiles) * tiles.resident_tiles();
+  const std::uint64_t place_texels = std::uint64_t{options.tiles.place_px()} * options.tiles.place_px();
+  holding.texels = place_texels * tiles.resident_tiles();
+  holding.bytes = place_bytes(options.tiles) * tiles.resident_tiles();
   if (options.bound.bytes() == 0) return;
-  if (tiles.options.max_tiles > 0) holding.texels_budget = slot_texels * tiles.options.max_tiles;
+  if (tiles.options.max_tiles > 0) holding.texels_budget = place_texels * tiles.options.max_tiles;
   holding.bytes_budget = options.bound.bytes();
 }
 

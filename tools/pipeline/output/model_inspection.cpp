@@ -39,11 +39,11 @@ json tiles_json(const TileTable& tiles) {
 
 std::uint64_t texels_of(const ModelFacts& facts) {
   if (facts.tiles.whole_views()) return pixels_of(facts.views);
-  return std::uint64_t{facts.tiles.resident_tiles()} * facts.tiles.options.slot_px() * facts.tiles.options.slot_px();
+  return std::uint64_t{facts.tiles.resident_tiles()} * facts.tiles.options.place_px() * facts.tiles.options.place_px();
 }
 
 std::uint64_t bytes_of(const ModelFacts& facts) {
-  if (!facts.tiles.whole_views()) return slot_bytes(facts.tiles.options) * facts.tiles.resident_tiles();
+  if (!facts.tiles.whole_views()) return place_bytes(facts.tiles.options) * facts.tiles.resident_tiles();
   std::uint64_t bytes = 0;
   for (const Camera& view : facts.views) bytes += stored_bytes(view);
   return bytes;

@@ -71,8 +71,8 @@ TEST_CASE("the texels and bytes of a scene are of the photographs offered, or of
   CHECK(plain.texels == 6 * 40 * 30);
   // A tile for each of six photographs, and the mesh.
   const SurfaceInput surface = load_surface(folder.path(), {}, {});
-  CHECK(plain.bytes == static_cast<double>(6 * slot_bytes({}) + GpuByteCount(surface.surface).of_surface()));
-  CHECK(plain.bytes - with({{"max-views", two}}).bytes == static_cast<double>(4 * slot_bytes({})));
+  CHECK(plain.bytes == static_cast<double>(6 * place_bytes({}) + GpuByteCount(surface.surface).of_surface()));
+  CHECK(plain.bytes - with({{"max-views", two}}).bytes == static_cast<double>(4 * place_bytes({})));
   CHECK(with({{"hold", two}}).offered == 3);
   CHECK(with({{"hold", two}}).texels == 3 * 40 * 30);
   CHECK(with({{"max-views", two}}).offered == 6);
