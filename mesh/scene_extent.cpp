@@ -145,8 +145,8 @@ SceneExtent extent_by(const WeighedFaces& faces) {
   return extent;
 }
 
-// Which corner of a spike lies far away from the two others, 0 to 2; kNoTip if the face is no spike: if it is not 100
-// times as high as its shortest edge is long.
+// Returns the corner of a spike that lies far away from the two others, 0 to 2; kNoTip if the face is no spike: if it
+// is not 100 times as high as its shortest edge is long.
 constexpr std::uint8_t kNoTip = 3;
 std::uint8_t tip_of(const Mesh& mesh, const glm::uvec3& face, double area) {
   constexpr double kMostArea = 50;        // multiple of the squared shortest edge

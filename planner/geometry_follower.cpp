@@ -48,7 +48,7 @@ std::array<glm::dvec3, 4> inward_normals(const Camera& camera) {
           glm::normalize(glm::dvec3(0, 1, -top)), glm::normalize(glm::dvec3(0, -1, bottom))};
 }
 
-// Never false for a sphere that shows in the image.
+// Returns whether a sphere may show in the image; true for each that does.
 bool may_show(const Camera& camera, const std::array<glm::dvec3, 4>& normals, const Sphere& sphere) {
   const glm::dvec3 center = camera.cam_from_world_rotation * sphere.center + camera.cam_from_world_translation;
   if (center.z < -sphere.radius) return false;

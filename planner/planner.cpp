@@ -129,7 +129,7 @@ void Planner::require_room_for(const std::string& name, const Camera& camera) co
                               " bytes, more than all views together may (" + std::to_string(options_.max_bytes) + ")");
 }
 
-// None if the view is not worth its place.
+// Returns nothing if the view is not worth its place.
 std::optional<Exchange> Planner::exchange_for(const Camera& camera, std::span<const CellPart> seen, Verdict& verdict) {
   const Stopwatch stopwatch(verdict.plan_ms);
   Exchange exchange = best_exchange(store_, seen, stored_bytes(camera));

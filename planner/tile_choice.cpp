@@ -26,7 +26,7 @@ constexpr double kUntrimmed = 1.2;  // tiles of whole views, per tile that there
 
 // Share of the tiles that may be exchanged for others when a choice is brought up to date.
 constexpr double kExchanged = 0.1;
-// An exchange must add so much more than it takes away: less is rounding, and would be undone by the next one.
+// An exchange must add this much more than it removes: less is rounding, and would be undone by the next one.
 constexpr double kLeastAdvantage = 1.001;
 
 // A view that shows a cell.

@@ -49,7 +49,7 @@ enum class Format { jpeg, png, tiff, openexr, webp, heif, raw };
 
 constexpr const char* kFormatsInWords = "JPEG, PNG, TIFF, WebP, OpenEXR, HEIC, AVIF or raw";
 
-// Which formats OpenImageIO does not read here: see jpeg_file.h and picture_file.h.
+// The formats that OpenImageIO does not read here: see jpeg_file.h and picture_file.h.
 bool has_own_decoder(Format format) {
   return format == Format::jpeg || format == Format::heif || format == Format::raw;
 }
@@ -331,7 +331,8 @@ std::uint8_t byte_of(float linear) {
   return static_cast<std::uint8_t>(encoded * 255.0f + 0.5f);
 }
 
-// Which stored channels are red, green and blue: by name, since an EXR may hold others; one or two channels are grey.
+// Returns the stored channels that are red, green and blue: by name, since an EXR may hold others; one or two channels
+// are grey.
 std::array<std::size_t, 3> rgb_channels(const OIIO::ImageSpec& spec) {
   if (spec.nchannels < 3) return {0, 0, 0};
   const std::array<int, 3> named{spec.channelindex("R"), spec.channelindex("G"), spec.channelindex("B")};

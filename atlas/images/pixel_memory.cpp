@@ -84,7 +84,7 @@ class Descriptor {
   int number_;
 };
 
-// Opens a file without a name. Not each file system can make one at once; there the name is taken away again.
+// Opens a file without a name. Not each file system can make one at once; there the name is removed again.
 int open_unnamed(const fs::path& folder) {
   const int unnamed = open(folder.c_str(), O_TMPFILE | O_RDWR | O_CLOEXEC, 0600);
   if (unnamed >= 0) return unnamed;

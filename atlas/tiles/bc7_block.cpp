@@ -52,7 +52,7 @@ std::uint32_t nearest_stored(float value, int bits) {
   return rounded_within(value * most / 255, most);
 }
 
-// How a ramp is stored.
+// The storage of a ramp.
 struct RampFormat {
   std::size_t first, channels;  // those of colour and alpha that the ramp has
   int bits;                     // for an end in one channel
@@ -172,8 +172,8 @@ Spread spread_of(const BlockTexels& texels, const RampFormat& format) {
   return spread;
 }
 
-// In which the channels vary most: by the power method, which finds it unless it begins at right angles to it. That is
-// why it begins at a texel.
+// Returns the direction in which the channels vary most: by the power method, which finds it unless it begins at right
+// angles to it. That is why it begins at a texel.
 Values principal_direction(const Spread& spread, const RampFormat& format) {
   constexpr int kIterations = 6;
   const std::size_t first = format.first, end = first + format.channels;

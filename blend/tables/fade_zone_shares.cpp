@@ -143,7 +143,7 @@ struct Reached {
   double share;
 };
 
-// How many cells may share a vertex on average, with each of its neighbours counted, before all but the nearest ones
+// Number of cells that may share a vertex on average, with each of its neighbours counted, before all but the nearest
 // are left out. Cells of even size share a vertex with about ten others where the fade is as wide as a cell.
 constexpr std::uint64_t kMostCellsPerVertex = 64;
 // How many of the cells that are nearest to a vertex share it then. It is more than a zone holds.

@@ -156,7 +156,7 @@ std::unique_lock<std::mutex> removal_paused() {
 void remove_temporary_entries() noexcept {
   constexpr int kAttempts = 100;  // other threads may go on writing into a folder that is being removed
   try {
-    entries_mutex.lock();  // for ever
+    entries_mutex.lock();  // and never unlocks it
     for (const fs::path& path : entries()) {
       std::error_code error;
       for (int i = 0; i < kAttempts; ++i) {

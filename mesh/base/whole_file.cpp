@@ -45,7 +45,7 @@ bool write_all(int file, std::string_view bytes) {
   return true;
 }
 
-// How many bytes there were, at most the string's; -1 with errno.
+// Returns the number of bytes read, at most the string's; -1 with errno.
 ssize_t read_all(int file, std::string& bytes) {
   std::size_t have = 0;
   while (have < bytes.size()) {

@@ -131,7 +131,8 @@ void join_small(const Mesh& mesh, double size, std::span<const FaceId> added, st
   for (std::size_t i = 0; i < faces.size(); ++i) labels[faces[i]] = part_labels[i];
 }
 
-// Which cell before each face belongs to, or a label from the number of cells before on for those of a new one.
+// Returns for each face the cell before that it belongs to, or for a new cell a label from the number of cells before
+// on.
 std::vector<std::uint32_t> grown_clusters(const Cells& before, const Mesh& mesh, std::span<const FaceId> previous_face,
                                           double normal_weight) {
   const auto first_new = static_cast<std::uint32_t>(before.cells.size());

@@ -87,7 +87,7 @@ class Seeding {
   // Random sequential discs of radius r / 2 cover 54.7% of the plane: an area of 1.436 r^2 for each, here 1.
   static constexpr float kSpacing = 0.834f;
 
-  // How far a face extends beyond its centroid, in cell sizes: without it, cells of few faces would come out too large.
+  // Extent of a face beyond its centroid, in cell sizes: without it, cells of few faces would come out too large.
   [[nodiscard]] float reach(FaceId face) const {
     constexpr float kReach = 0.2f;  // share of the root of its area; measured
     return kReach * std::sqrt(surface_[face].area) * metric_.per_size;

@@ -26,7 +26,7 @@ using Triangulation =
     CGAL::Constrained_Delaunay_triangulation_2<Kernel, CGAL::Triangulation_data_structure_2<VertexBase, FaceBase>,
                                                CGAL::No_constraint_intersection_requiring_constructions_tag>;
 using VertexHandle = Triangulation::Vertex_handle;
-// How often the outline passes along an edge: twice where a hole is joined to it by a bridge.
+// Number of times that the outline passes along an edge: twice where a bridge joins a hole to it.
 using Edge = std::pair<VertexHandle, VertexHandle>;
 using Passes = std::map<Edge, unsigned>;
 

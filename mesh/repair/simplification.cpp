@@ -81,7 +81,7 @@ std::optional<HalfedgeMesh::HalfedgeHandle> edge_of_flat_face(const HalfedgeMesh
   return longest;
 }
 
-// A face without area becomes one of its neighbour's two halves: taken away, it would leave a crack.
+// A face without area becomes one of its neighbour's two halves: removed, it would leave a crack.
 void flip_flat_faces(HalfedgeMesh& mesh) {
   constexpr int kMostInARow = 8;  // that lie along one edge
   for (int pass = 0; pass < kMostInARow; ++pass) {

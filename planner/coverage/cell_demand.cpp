@@ -10,7 +10,7 @@ namespace lumatlas {
 
 namespace {
 
-// Sums are integers, so that what was added can be taken away exactly: shares of a picture in 24 bits, logarithms of
+// Sums are integers, so that what was added can be removed exactly: shares of a picture in 24 bits, logarithms of
 // distance in steps of 1/256 octave. A million views of anything within 2^+-64 units fit into 63 bits.
 constexpr double kPicture = 1 << 24;
 constexpr double kOctave = 1 << 8;

@@ -579,7 +579,7 @@ PolishStep Refiner::polish() {
     check_cancelled(options_.cancel_check);
     exposures_.set(slot, refinements[slot]->ratios);
     const Camera camera = without(common, refinements[slot]->alignment.camera);
-    // Nothing is made anew of a view that stays where it is.
+    // A view that stays where it is keeps its depth and mask.
     const Camera& before = views_[slot]->camera;
     if (same_pose(before, camera) || shift_px(before, camera, depth) < options_.alignment.least_move_px) continue;
     move(slot, camera);

@@ -139,7 +139,7 @@ std::string Progress::state(std::size_t done, double seconds) const {
 }
 
 // "reading photographs [#####-----] 120 of 1000, 81/s, 0:11 left", without the bar where it is too narrow to say much.
-// Never as wide as the terminal, for a line that wraps cannot be wiped.
+// Keeps the line narrower than the terminal, because a line that wraps cannot be wiped.
 std::string Progress::bar_line(std::size_t done, double seconds) const {
   const std::string text = state(done, seconds);
   const std::size_t limit = std::max<std::size_t>(options_.columns, 2) - 1;

@@ -91,7 +91,8 @@ void append(std::vector<std::string>& arguments, const OptionValues& options) {
   for (std::string& argument : arguments_of(resolved(options, "SCENE", any))) arguments.push_back(std::move(argument));
 }
 
-// Before anything runs. What only a scene can tell (a photograph that does not fit a budget) shows when its point runs.
+// Checks before anything runs. What only a scene can tell (a photograph that does not fit a budget) shows when its
+// point runs.
 void check_points(const Sweep& sweep, const fs::path& file, Commands& commands) {
   for (const SweepPoint& point : points_of(sweep)) {
     const std::string place = file.string() + ": " + point.name;

@@ -119,7 +119,7 @@ SceneViews read_frames(const std::filesystem::path& folder, const glm::dvec3& of
   return path;
 }
 
-// How long the model takes to be read, to be loaded to a renderer, and to be drawn from new places.
+// Measures the time to read the model, to load it to a renderer, and to draw it from new places.
 json measured_speed(const Model& model, const ValidateFlags& flags, const EglContext& context) {
   const ValidateSettings settings = flags.values();
   const std::vector<Camera> cameras = cameras_between_views(model.snapshot, flags.time_frames, settings.timing);

@@ -231,7 +231,7 @@ glm::dvec3 rounded_to(const glm::dvec3& shift, int exponent) {
   return exponent >= 0 ? power * glm::round(shift / power) : glm::round(shift * power) / power;
 }
 
-// The shift in units as large as `tolerance` allows; they must be so much larger that it is no chance.
+// The shift in units as large as `tolerance` allows; they must be this much larger, so that it is no chance.
 glm::dvec3 rounded_shift(const glm::dvec3& shift, double tolerance) {
   constexpr int kLargestUnit = 3;  // 1000
   constexpr double kNoChance = 20;

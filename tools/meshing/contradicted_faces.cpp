@@ -120,7 +120,7 @@ class Evidence {
            static_cast<double>(votes.on) < kHardlyOn * static_cast<double>(votes.seen);
   }
 
-  // How far from a depth another one may be that counts as the same.
+  // The largest difference of depths that count as the same.
   static float same_depth(float depth, float deviation) {
     return std::max(kDeviations * deviation, kLeastDistance * depth);
   }

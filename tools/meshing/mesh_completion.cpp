@@ -17,7 +17,7 @@ namespace {
 
 constexpr std::size_t kFewestAdded = 100;  // fewest faces of a piece that is not taken for noise
 
-// How often a face of the other mesh is seen, by pixels of all photographs.
+// Number of pixels of all photographs that see a face of the other mesh.
 struct Votes {
   std::uint32_t lacking = 0;  // views that see nothing of the given mesh there
   std::uint32_t present = 0;  // views that see something of it, before or behind

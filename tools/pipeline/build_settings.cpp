@@ -8,7 +8,7 @@ namespace lumatlas {
 
 namespace {
 
-// How texels are held: in one format, or compressed where `tight_tiles` say so.
+// The format of texels: one of two, or compressed where `tight_tiles` allow it.
 enum class HeldTexels { automatic, rgb8, bc7 };
 
 HeldTexels held_texels(const BuildOptions& options) {

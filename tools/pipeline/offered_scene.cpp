@@ -13,7 +13,7 @@ namespace lumatlas {
 
 namespace {
 
-// What a build records of refinement, but its masks.
+// The notes of a build on refinement, without its masks.
 Settings<RefinementOptions> refinement_table() {
   return joined<RefinementOptions>(
       {within<RefinementOptions>(

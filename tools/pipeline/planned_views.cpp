@@ -101,7 +101,7 @@ OfflinePlan plan_with_hindsight(const Planner& planner, Atlas& atlas, const Stre
   return plan;
 }
 
-// The places in the stream of the views that are to be stored, ascending; none: the planner decides view by view.
+// Returns the places in the stream of the views to store, ascending; none: the planner decides view by view.
 std::optional<std::vector<std::size_t>> chosen_places(const Planner& planner, Atlas& atlas, const Stream& stream,
                                                       const BuildOptions& options, const BuildCallback& callback,
                                                       std::mt19937_64& random, BuildResult& result) {

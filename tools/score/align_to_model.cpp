@@ -106,7 +106,7 @@ Camera searched_again(const ModelPictures& model, const Camera& given, const Cam
   return moved(found, all_moves * turn, all_moves * shift);
 }
 
-// How far the photograph at this pose is from the picture, after the exposure that fits best.
+// The difference of the photograph at this pose from the picture, after the exposure that fits best.
 double residual(const Camera& camera, const Pyramid& photograph, const AlignmentTargets& targets) {
   AlignmentOptions exposure_only = search_options();
   exposure_only.pose = false;

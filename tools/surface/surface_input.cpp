@@ -29,7 +29,7 @@ namespace lumatlas {
 
 namespace {
 
-// How many times as large as the bulk of it a mesh may be: floats at its end are then 2^-14 of the bulk apart at worst.
+// Most times that a mesh may be as large as its bulk: floats at its end are then 2^-14 of the bulk apart at worst.
 constexpr double kMostStray = 1000;
 
 // At most some hundred thousand, evenly over the faces: enough for a share of them.

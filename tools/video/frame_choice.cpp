@@ -75,7 +75,7 @@ std::size_t count_of(std::span<const std::vector<VideoFrame>> videos, const Fram
   return count;
 }
 
-// How many frames all videos may have together, if `most` are asked for: a pair of each is left.
+// Returns the number of frames that all videos may have together, if `most` are asked for: each keeps at least two.
 std::size_t most_of(std::size_t videos, std::size_t most) {
   return std::max(most, 2 * videos);
 }

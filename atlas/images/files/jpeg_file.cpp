@@ -50,7 +50,7 @@ struct Decoder {
   std::longjmp(decoder->failed, 1);
 }
 
-// Which of libjpeg's warnings mean that pixels are wrong. The others are about headers (an unknown version, a colour
+// The warnings of libjpeg that mean that pixels are wrong. The others are about headers (an unknown version, a colour
 // profile, the parameters of a sequential scan), or about an encoder that is merely unusual, and all pixels are there.
 bool tells_of_damage(const Decoder& decoder) {
   switch (decoder.errors.msg_code) {

@@ -25,8 +25,8 @@ double near_plane(const Mesh& mesh) {
   return diagonal > 0 ? kShare * diagonal : kShare;
 }
 
-// How many times as wide a picture must be that has the camera's principal point in its middle, the shape of the
-// camera's picture, and all of that in it. >= 1.
+// Returns the factor by which a picture must be wider to have the camera's principal point in its middle, the shape of
+// the camera's picture, and all of that in it. >= 1.
 double centred_size(const Camera& camera) {
   const auto of_side = [](double principal, double size) {
     return std::max(principal, size - principal) / (0.5 * size);

@@ -76,7 +76,7 @@ Mesh SurfaceFile::written_mesh(std::size_t number) const {
   return mesh;
 }
 
-// Which vertex each of the last ones is a copy of; none without a texture.
+// Returns for each of the last vertices the one that it is a copy of; none without a texture.
 std::vector<std::uint32_t> SurfaceFile::copies(const Mesh& written) const {
   if (!lumigraph_.Has("vertexCopies")) return {};
   std::vector<std::uint32_t> copies = whole_numbers("vertexCopies");

@@ -143,7 +143,7 @@ JointEquations JointSolver::normal_equations(const JointState& state, const std:
   return normal;
 }
 
-// How far a view has moved from its given pose, times how strongly it is pulled back.
+// The distance of a view from its given pose, times the strength with which it is pulled back.
 JointSolver::PoseBlock JointSolver::pulled(const JointState& state, ViewSlot slot) const {
   const auto [turn, shift] = motion_between(given_[slot], state.cameras[slot]);
   const double depth = parts_[slot].depth;

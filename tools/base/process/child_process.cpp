@@ -31,7 +31,7 @@ namespace fs = std::filesystem;
 
 constexpr int kCannotStart = 127;
 
-// How long the other program has to end by itself once it was asked to, below kUnwindingTime.
+// Time that the other program has to end by itself once it was asked to, below kUnwindingTime.
 constexpr auto kEndingTime = std::chrono::milliseconds(300);
 static_assert(kEndingTime < kUnwindingTime);
 constexpr timespec kKeepersNap{0, 5'000'000};

@@ -94,7 +94,7 @@ class Drawing {
   [[nodiscard]] std::string title(std::size_t series) const;
   // The marks of the x axis, where each value has its own; none where they are numbers or too many.
   [[nodiscard]] std::map<double, std::string> labelled_ticks() const;
-  // How far down their labels reach where they have no room beside each other; 0 where they have.
+  // The height of labels that have no room beside each other and are slanted; 0 if they have room.
   [[nodiscard]] int slanted_height() const;
   [[nodiscard]] int panel_height() const { return kPanelHeight + slanted_height(); }
   [[nodiscard]] std::string ticks() const;

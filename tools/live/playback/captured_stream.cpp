@@ -18,7 +18,7 @@ namespace lumatlas {
 
 namespace {
 
-// Pictures that were taken within so much of each other are one frame, seconds: TUM's own tools take 20 ms.
+// Pictures taken within this time of each other are one frame, seconds: TUM's own tools take 20 ms.
 constexpr double kTogether = 0.02;
 
 using Times = std::map<std::filesystem::path, double>;

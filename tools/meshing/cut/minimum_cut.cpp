@@ -17,7 +17,7 @@ using Side = std::uint32_t;
 constexpr Node kNotQueued = std::numeric_limits<Node>::max();
 constexpr std::uint32_t kFar = std::numeric_limits<std::uint32_t>::max();
 
-// How a node hangs on its tree: by the side to its parent, 0 to 3, or one of these.
+// The link of a node to its tree: the side to its parent, 0 to 3, or one of these.
 constexpr std::uint8_t kRoot = 4;    // on the source or the sink itself
 constexpr std::uint8_t kOrphan = 5;  // its edge to the parent has no capacity left
 constexpr std::uint8_t kFree = 6;    // in neither tree

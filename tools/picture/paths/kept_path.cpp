@@ -41,7 +41,7 @@ double distance_between(const Gaze& a, const Gaze& b, double depth) {
   return glm::distance(a.position, b.position) / depth + turn;
 }
 
-// How far a camera has to the nearest other one, in the median: finer steps between cameras would be jumps.
+// Returns the median distance of a camera to the nearest other one: shorter steps between cameras would be jumps.
 double spacing_of(const std::vector<Gaze>& cameras, double depth) {
   constexpr double kLeast = 0.02;
   std::vector<double> nearest;
@@ -82,7 +82,7 @@ Gaze nearby_camera(const Gaze& place, const std::vector<Gaze>& cameras, double s
                                       : cameras[static_cast<std::size_t>(nearest - distances.begin())].direction};
 }
 
-// How far the frame must go to its target, 0 to 1, to be covered; where nothing does, to where it sees most.
+// Returns the part of the way to its target, 0 to 1, after which a frame is covered; if none is, where it sees most.
 double pull_needed(const Vantage& frame, const Gaze& target, const dvec3& up, double enough,
                    const PhotographedShare& share) {
   constexpr int kSteps = 8;

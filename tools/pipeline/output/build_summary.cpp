@@ -216,7 +216,7 @@ std::string views_line(const json& s) {
   return line + "; photographs " + megabytes(bytes["resident"]) + " MB of " + megabytes(bytes["budget"]);
 }
 
-// Empty where no face was taken away.
+// Returns the line on faces that were removed for a budget; empty if there were none.
 std::string faces_line(const json& s) {
   const json& faces = s["faces"];
   if (faces["taken_away"] == 0) return "";

@@ -93,7 +93,7 @@ std::optional<glm::vec3> predicted_color(const std::vector<FrameLook>& looks, st
   return sum / count;
 }
 
-// How well the other photographs predict the surface that one sees.
+// The error with which the other photographs predict the surface that one sees.
 struct SurfaceError {
   double mean = std::numeric_limits<double>::quiet_NaN();  // squared error; NaN: no other photograph shows the same
   float gain = 1;  // brightness of the photograph, as a multiple of that of its prediction

@@ -223,7 +223,7 @@ Verdict verdict_of(const std::vector<Look>& looks, const std::vector<Glimpse>& g
   return apart < kSmooth || apart < kSame * detail ? Verdict::far : Verdict::near;
 }
 
-// How many faces that share a vertex with a face have each verdict; at each shared vertex once. The face itself counts.
+// Numbers of faces that share a vertex with a face, by verdict; at each shared vertex once. The face itself counts.
 struct Neighbors {
   std::uint32_t near = 0, far = 0, unknown = 0;
 

@@ -23,7 +23,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr double kNearEnough = 0.02;  // seconds: TUM's own tools associate within so much
+constexpr double kNearEnough = 0.02;  // seconds: TUM's own tools use the same
 
 struct TimedPose {
   double time;

@@ -286,7 +286,7 @@ vec3 stone_color(const Material& m, std::uint64_t hash) {
   return cell_value(hash, 3) < 0.15F ? glm::mix(color, 0.6F * hue(cell_value(hash, 4)), 0.45F) : color;
 }
 
-// How much a mark covers, in [0, 1], so far within its rim.
+// Returns how much a mark covers, in [0, 1], at this distance within its rim.
 float covered(const Material& m, float depth) {
   if (m.softness <= 0) return depth > 0 ? 1.0F : 0.0F;
   return glm::smoothstep(0.0F, m.softness, depth);
