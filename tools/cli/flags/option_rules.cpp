@@ -78,10 +78,6 @@ CLI::Validator finite_positive() {
   return validator(positive_rule()).description("");
 }
 
-CLI::Validator divisible_by(std::uint32_t divisor) {
-  return validator(divisible_rule(divisor));
-}
-
 CLI::Validator file_name() {
   const auto check = [](std::string& text) { return std::string(text.empty() ? "is empty, must be a name" : ""); };
   return {check, ""};

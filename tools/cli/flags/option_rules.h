@@ -37,9 +37,6 @@ namespace lumatlas {
 // A finite number above 0. Help says nothing of it.
 [[nodiscard]] CLI::Validator finite_positive();
 
-// A whole number that `divisor` divides; goes with whole_number().
-[[nodiscard]] CLI::Validator divisible_by(std::uint32_t divisor);
-
 // The name of a file or folder: not "". Help says nothing of it.
 [[nodiscard]] CLI::Validator file_name();
 
