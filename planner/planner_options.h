@@ -15,10 +15,10 @@ struct PlannerOptions {
   CoverageOptions coverage;
   ValidityOptions validity;
   RefinementOptions refinement;
-  // Delta_scov: a view is kept if it raises scov by more than this share of what its cells would be worth, served as
-  // well as one can be: their number, or with CoverageOptions::demand the sum of their weights; >= 0.
-  // 0 keeps whatever helps at all; larger keeps fewer views and redoes less. For Metric::paper, by which a cell counts
-  // up to fcov_max and not up to 1, 0.1 is right.
+  // Delta_scov, >= 0: a view is kept if it raises scov by more than this share of the most that its cells can count.
+  // That is their number, or with CoverageOptions::demand the sum of their weights.
+  // 0 keeps each view that helps at all; larger keeps fewer views and redoes less. For Metric::paper, by which a cell
+  // counts up to fcov_max and not up to 1, 0.1 is right.
   double min_view_gain = 0.001;
   // While the store is full: by more than this share of what its views are worth on average, scov / N; >= 0. At 1, with
   // a min_view_gain of 0, without max_bytes and without outliers, a store by Metric::directions is never worth less

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Chooses the tiles for a texture array that does not hold all: those that together serve the stored cameras best.
 //
-// The stored views are taken for what will be asked for: each cell in each of them, by the pixels that it has there. A
+// Pictures are expected where the stored views are: each cell in each view counts by the pixels that it has there. A
 // tile of view v serves a cell b in the direction of view u by
 //
 //   q(v, u, b) = share * min(1, r_v / r_u) * (lambda k + 1 - lambda)
@@ -27,8 +27,8 @@
 // would choose different views, every tile would be needed for some cell, and the picture would be a patchwork.
 //
 // A store that changes does not start anew each time. Resident tiles stay, free places go to single tiles as in step 4,
-// and then tiles are exchanged, up to a limit and each once: the resident ones that are missed least for those that add
-// most, wherever that makes the sum larger. That looks at each tile once.
+// and then tiles are exchanged, up to a limit and each once: the resident ones whose loss costs least for those that
+// add most, wherever that makes the sum larger. That looks at each tile once.
 //
 // It replaces "least coverage per texel" for whole views (Erat et al. 2019, section 3.2), because all tiles have the
 // same number of texels.

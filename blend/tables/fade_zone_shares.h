@@ -8,9 +8,9 @@
 // d_k(v) is the distance from v along the mesh's edges to the nearest vertex of cell k, 0 for its own; W the width.
 // Vertices at one place are one.
 // Inside faces shares are interpolated linearly, so they are continuous over the surface. A pixel's colour is the mean
-// of what its cells make of it, by their shares, with BlendOptions::consistent divided by what the cell's best view
-// lacks. (To weigh the views by the shares instead is cheaper, but where views enter and leave by small differences of
-// their weights, the fade is over within a pixel.)
+// of the blends of its cells by their shares; with BlendOptions::consistent each share is divided by 1 - w of the
+// cell's best view. Weighing the views by the shares instead would be cheaper. But where views enter and leave by small
+// differences of their weights, the fade would be over within a pixel.
 #pragma once
 
 #include <cstdint>
@@ -27,7 +27,7 @@ namespace lumatlas {
 // it. Time and memory then grow with the faces, not with the width. The same bytes for the same input.
 [[nodiscard]] CellShares share_cells(const Surface& surface, double width);
 
-// For each cell, the first one that refers to the same views, in whatever order: both make the same of every place.
+// Returns for each cell the first one that refers to the same views, in any order: both blend each place alike.
 [[nodiscard]] std::vector<std::uint32_t> first_of_same_references(const ReferenceTable& references);
 
 // Shares of the cells that stand for them, with sums where one stands for several: stands_for[cell], one for each cell

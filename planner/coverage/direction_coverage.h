@@ -7,23 +7,23 @@
 //   value(b)   = w(b) mean over the cell's novel directions s of  sum_j v_j q_j(s)   in [0, w(b)]
 //
 // where q_1(s) >= q_2(s) >= ... are the K = views_per_direction best of q(f, s) over the views, and v_j halves from one
-// to the next and sums to 1. w(b), in [0, 1], and the d_max of cov_p are what the stream asks of the cell
-// (cell_demand.h); without demand, w(b) is 1 and d_max one for all. The novel directions are spread over the hemisphere
-// above the cell in proportion to the area that the cell shows to them; over the sphere where the cell has no mean
-// normal.
+// to the next and sums to 1. The weight w(b), in [0, 1], and the d_max of cov_p are the demand of the cell
+// (cell_demand.h). Without demand, w(b) is 1 and d_max the same for all cells. The novel directions are spread over the
+// hemisphere above the cell in proportion to the area that the cell shows to them; over the sphere where the cell has
+// no mean normal.
 //
 // A set of views in a different order is worth the same, a view more never makes it worth less, and what a view adds
 // falls as others come: with the same demand value(), and so scov, is monotone submodular. For such a measure greedy
 // selection offline reaches 1 - 1/e of the optimum (Nemhauser et al. 1978). Online selection with exchanges reaches a
-// quarter of it (Buchbinder, Feldman, Schwartz 2015), under these conditions: an exchange must gain scov / N
-// (PlannerOptions::min_exchange_gain), any view with a gain is taken while there is room, views are bounded by number
-// alone, and the measure stays as it is, as it does without demand.
+// quarter of it (Buchbinder, Feldman, Schwartz 2015) under four conditions. An exchange must gain scov / N
+// (PlannerOptions::min_exchange_gain). Any view with a gain is taken while there is room. Views are bounded by number
+// alone. The measure does not change, as it does not without demand.
 //
 // All stored views that see a cell count, not its references alone. Those are chosen by the same measure with a
 // narrower k of more weight (reference_width, reference_lambda), since the renderer looks for the nearest directions
-// among them: a newcomer takes the place of the reference that is missed least.
+// among them: a newcomer takes the place of the reference whose loss costs least.
 //
-// The cost of removing a reference is judged where pictures will be asked for, at the stored cameras that see the cell:
+// The cost of removing a reference is judged at the stored cameras that see the cell, where pictures will be wanted:
 //
 //   service(b) = w(b) mean over these cameras' directions c of  sum_j v_j p_j(c)
 //   p(f, c)    = cov_p(f) (lambda max(0, 1 - angle(f, c) / direction_width) + 1 - lambda)

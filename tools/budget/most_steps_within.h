@@ -10,9 +10,9 @@
 namespace lumatlas {
 
 // Returns the most steps, fewer than `too_far`, that lose no more than the bound, to within `close_enough` (>= 1)
-// steps, or as many as use up four fifths of the bound. loss_at(steps) rises with the steps, about as their square,
-// from which the next try is chosen. It stays away from the ends of the interval, in case the loss rises otherwise. 0
-// steps lose nothing.
+// steps. Stops early where four fifths of the bound are used up. loss_at(steps) should rise about as the square of the
+// steps, by which the next try is chosen, away from the ends of the interval in case it rises otherwise. 0 steps lose
+// nothing.
 [[nodiscard]] inline std::size_t most_steps_within(double max_loss_db, std::size_t too_far, std::size_t close_enough,
                                                    const std::function<double(std::size_t)>& loss_at) {
   constexpr double kUsedUp = 0.8;  // share of the bound

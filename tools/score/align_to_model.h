@@ -38,9 +38,9 @@ struct AlignedView {
 // Farther than this share of the longer side, in the median of the points in the image, a pose is far away.
 inline constexpr double kFarAlignment = 0.02;
 
-// Draws one picture, and one sketch if the pose that is found is far away. None, and then at most one of each is drawn:
-// no pose was found at which picture and photograph agree better than at the given one, from where the model looks as
-// in `at_given`, or none that is a tenth of a pixel away from it. `photograph` is taken by the camera
+// Refines the pose of a held-out photograph against the model, which looks as in `at_given` from the given pose.
+// Returns nothing if picture and photograph agree better at no other pose, or only at one less than a tenth of a pixel
+// away. Draws one picture, and one sketch if the pose that is found is far away. `photograph` is taken by the camera
 // (std::invalid_argument unless the sizes are the same). Throws Interrupted once the user has asked the program to
 // stop.
 [[nodiscard]] std::optional<AlignedView> align_to_model(const ModelPictures& model, const Camera& given,
