@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "tools/picture/ffmpeg_pipe.h"
 
-#include <fcntl.h>
-#include <spawn.h>
 #include <sys/socket.h>
 #include <sys/wait.h>
 #include <unistd.h>
@@ -33,10 +31,9 @@ std::string text_of(double value) {
 }
 
 // A relative name could begin with what ffmpeg takes for an option or a protocol.
-std::vector<std::string> arguments(const fs::path& ffmpeg, const fs::path& file, std::uint32_t width,
-                                   std::uint32_t height, double frames_per_second) {
-  return {ffmpeg.string(),
-          "-hide_banner",
+std::vector<std::string> arguments(const fs::path& file, std::uint32_t width, std::uint32_t height,
+                                   double frames_per_second) {
+  return {"-hide_banner",
           "-nostdin",
           "-loglevel",
           "error",
@@ -72,14 +69,6 @@ std::vector<std::string> arguments(const fs::path& ffmpeg, const fs::path& file,
           "file:" + fs::absolute(file).string()};
 }
 
-struct FileActions {
-  posix_spawn_file_actions_t actions{};
-  FileActions() { posix_spawn_file_actions_init(&actions); }
-  ~FileActions() { posix_spawn_file_actions_destroy(&actions); }
-  FileActions(const FileActions&) = delete;
-  FileActions& operator=(const FileActions&) = delete;
-};
-
 }  // namespace
 
 fs::path find_ffmpeg() {
@@ -89,7 +78,7 @@ fs::path find_ffmpeg() {
 
 FfmpegPipe::FfmpegPipe(const fs::path& ffmpeg, const fs::path& file, std::uint32_t width, std::uint32_t height,
                        double frames_per_second)
-    : file_(file), width_(width), height_(height), words_(std::tmpfile()) {
+    : file_(file), width_(width), height_(height), log_(std::tmpfile()) {
   if (width < 1 || height < 1) throw std::invalid_argument("video: its size must be at least 1x1");
   if (!(std::isfinite(frames_per_second) && frames_per_second > 0)) {
     throw std::invalid_argument("video: frames_per_second is " + std::to_string(frames_per_second) +
@@ -97,25 +86,18 @@ FfmpegPipe::FfmpegPipe(const fs::path& ffmpeg, const fs::path& file, std::uint32
   }
   // A pair of sockets and not a pipe: writing to one whose reader has gone can be asked for without a signal.
   std::array<int, 2> ends{};
-  if (!words_ || socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends.data()) != 0) {
+  if (!log_ || socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends.data()) != 0) {
     throw InputError(file.string() + ": cannot be written, no pipe to ffmpeg: " + std::strerror(errno));
   }
   input_ = ends[0];
-  FileActions files;
-  posix_spawn_file_actions_adddup2(&files.actions, ends[1], STDIN_FILENO);
-  posix_spawn_file_actions_addopen(&files.actions, STDOUT_FILENO, "/dev/null", O_WRONLY, 0);
-  posix_spawn_file_actions_adddup2(&files.actions, fileno(words_.get()), STDERR_FILENO);
-  std::vector<std::string> texts = arguments(ffmpeg, file, width, height, frames_per_second);
-  std::vector<char*> argv;
-  argv.reserve(texts.size() + 1);
-  for (std::string& text : texts) argv.push_back(text.data());
-  argv.push_back(nullptr);
-  const int error = posix_spawn(&child_, ffmpeg.c_str(), &files.actions, nullptr, argv.data(), environ);
-  close(ends[1]);
-  if (error != 0) {
-    close(input_);
-    throw InputError(ffmpeg.string() + ": cannot be started: " + std::strerror(error));
+  try {
+    child_ = start_program(ffmpeg, arguments(file, width, height, frames_per_second),
+                           {.in = ends[1], .err = fileno(log_.get())});
+  } catch (...) {
+    for (const int end : ends) close(end);
+    throw;
   }
+  close(ends[1]);
 }
 
 FfmpegPipe::~FfmpegPipe() {
@@ -133,13 +115,13 @@ int FfmpegPipe::wait() {
   return status;
 }
 
-// Waits for it, so that its last words are there.
+// Waits for ffmpeg, so that its log is complete.
 void FfmpegPipe::fail(const std::string& what) {
   if (child_ > 0) wait();
-  std::rewind(words_.get());
+  std::rewind(log_.get());
   std::string last;
   std::array<char, 1024> line{};
-  while (std::fgets(line.data(), static_cast<int>(line.size()), words_.get()) != nullptr) {
+  while (std::fgets(line.data(), static_cast<int>(line.size()), log_.get()) != nullptr) {
     std::string_view text(line.data());
     while (!text.empty() && std::strchr(" \r\n", text.back()) != nullptr) text.remove_suffix(1);
     if (!text.empty()) last = text;

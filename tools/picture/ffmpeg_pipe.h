@@ -43,8 +43,8 @@ class FfmpegPipe {
 
   std::filesystem::path file_;
   std::uint32_t width_, height_;
-  std::unique_ptr<std::FILE, CloseFile> words_;  // ffmpeg's stderr
-  int input_ = -1;                               // our end
+  std::unique_ptr<std::FILE, CloseFile> log_;  // ffmpeg's stderr
+  int input_ = -1;                             // our end
   pid_t child_ = -1;
 };
 

@@ -4,6 +4,7 @@
 #include "tools/base/process/child_process.h"
 
 #include <fcntl.h>
+#include <spawn.h>
 #include <sys/prctl.h>
 #include <sys/resource.h>
 #include <sys/wait.h>
@@ -142,6 +143,21 @@ int wait_for(pid_t keeper, const std::function<void()>& while_waiting) {
   return WIFSIGNALED(status) ? -WTERMSIG(status) : WEXITSTATUS(status);
 }
 
+// The arguments of a program as execv() takes them: its name, then these.
+class ArgumentList {
+ public:
+  ArgumentList(const fs::path& program, const std::vector<std::string>& arguments) : texts_{program.string()} {
+    texts_.insert(texts_.end(), arguments.begin(), arguments.end());
+    for (std::string& text : texts_) pointers_.push_back(text.data());
+    pointers_.push_back(nullptr);
+  }
+  [[nodiscard]] char* const* data() const { return pointers_.data(); }
+
+ private:
+  std::vector<std::string> texts_;
+  std::vector<char*> pointers_;
+};
+
 std::string quoted(const std::string& word) {
   const auto is_plain = [](unsigned char c) { return std::isalnum(c) != 0 || std::strchr("-_./=,:+@%", c) != nullptr; };
   if (!word.empty() && std::all_of(word.begin(), word.end(), is_plain)) return word;
@@ -153,12 +169,7 @@ std::string quoted(const std::string& word) {
 }  // namespace
 
 int run_to_end(const ChildProcess& child, const std::function<void()>& while_waiting) {
-  std::vector<std::string> texts{child.program.string()};
-  texts.insert(texts.end(), child.arguments.begin(), child.arguments.end());
-  std::vector<char*> argv;
-  argv.reserve(texts.size() + 1);
-  for (std::string& text : texts) argv.push_back(text.data());
-  argv.push_back(nullptr);
+  const ArgumentList argv(child.program, child.arguments);
   const pid_t parent = getpid();
   // Until the keeper has its own handlers, a signal would run those of this program in it, and be lost.
   sigset_t all, before;
@@ -173,6 +184,27 @@ int run_to_end(const ChildProcess& child, const std::function<void()>& while_wai
   throw_if_interrupted();  // Ctrl-C on a terminal goes to both
   if (status == kCannotStart) throw InputError(child.program.string() + ": cannot be started");
   return status;
+}
+
+pid_t start_program(const fs::path& program, const std::vector<std::string>& arguments,
+                    const StandardStreams& streams) {
+  const ArgumentList argv(program, arguments);
+  posix_spawn_file_actions_t files;
+  posix_spawn_file_actions_init(&files);
+  const std::array<int, 3> given{streams.in, streams.out, streams.err};
+  for (int stream = STDIN_FILENO; stream <= STDERR_FILENO; ++stream) {
+    const int descriptor = given[static_cast<std::size_t>(stream)];
+    if (descriptor >= 0) {
+      posix_spawn_file_actions_adddup2(&files, descriptor, stream);
+    } else {
+      posix_spawn_file_actions_addopen(&files, stream, "/dev/null", stream == STDIN_FILENO ? O_RDONLY : O_WRONLY, 0);
+    }
+  }
+  pid_t started = 0;
+  const int error = posix_spawn(&started, program.c_str(), &files, nullptr, argv.data(), environ);
+  posix_spawn_file_actions_destroy(&files);
+  if (error != 0) throw InputError(program.string() + ": cannot be started: " + std::strerror(error));
+  return started;
 }
 
 fs::path find_program(const std::string& name) {
