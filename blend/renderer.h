@@ -50,13 +50,13 @@ class Renderer {
   Renderer(Renderer&&) noexcept;
   Renderer& operator=(Renderer&&) noexcept;
 
-  // Copies the snapshot to the GPU in place of an earlier one. Of a view that has moved its state is copied, some
-  // hundred bytes; for another mask validity, coarser levels and depths are, and no photograph (unless its texels are
-  // compressed). What is the same bytes as before in its tile place is not copied again, nor is the mesh of the same
-  // surface. Vertex colours are made, if the snapshot has not made them, with the next picture. Arrays that
-  // have become too small grow by a quarter, which is more than array_bytes() says, and are given back when less than
-  // half of them is needed. From the second snapshot of a surface on, cells are not joined (RendererOptions), nor are
-  // those of any later surface once a store has changed under one, so that a store may change as often as it likes.
+  // Copies the snapshot to the GPU in place of an earlier one, and only what has changed. For a view that has moved,
+  // its state is copied, some hundred bytes; for another mask, validity, coarser levels and depths, but no photograph
+  // unless its texels are compressed. Tiles with the same bytes in the same tile place are not copied again, nor is the
+  // mesh of the same surface. Vertex colours are made, if the snapshot has not made them, with the next picture. Arrays
+  // that have become too small grow by a quarter, which is more than array_bytes() says, and are given back when less
+  // than half of them is needed. From the second snapshot of a surface on, cells are not joined (RendererOptions), nor
+  // are those of any later surface once a store has changed under one, so that a store may change as often as it likes.
   // Throws std::invalid_argument, and changes nothing, unless the snapshot passes check(). Throws GlError, naming the
   // limit, the number and what to do, if the driver's limits (layers, texture size, buffer size) are exceeded, or its
   // free memory, if it reports that. The earlier snapshot is then gone too.

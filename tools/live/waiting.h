@@ -36,8 +36,8 @@ struct WaitingDepth {
   std::function<DepthImage()> depth;
 };
 
-// Returns the waiting view to give up: the one with the least news. Of views with about as little it is the one whose
-// camera is nearest to another's, and of those the later one. There must be at least one.
+// Returns the waiting view to give up: the one with the least news. Among views with about as little news it is the one
+// whose camera is nearest to another's, and of those the later one. There must be at least one.
 [[nodiscard]] std::size_t least_useful(std::span<const WaitingView> views);
 
 // Returns the waiting frame whose camera is nearest to another's, the later one of the two. There must be at least one.
