@@ -24,7 +24,7 @@ class FittedScales {
   [[nodiscard]] double scale(int step) const { return std::pow(all_fit_, 1 - static_cast<double>(step) / kSteps); }
   [[nodiscard]] MeasuredLoss loss(int step) {
     views_.scale_to(scale(step));
-    return measured_.now({{}, 0, std::min(1.0, budget_.room_of_tiles(atlas_))});
+    return measured_.now({{}, 0, std::min(1.0, budget_.fitting_share(atlas_))});
   }
 
  private:
@@ -67,8 +67,8 @@ FittedViews of_least_loss(FittedScales& scales) {
 FittedViews fit_views(const GpuBudget& budget, double least, const Planner& planner, Atlas& atlas,
                       const Visibility& visibility, const ValidityOptions& validity, BuildStage& stage) {
   require_share_of_sides(least);
-  const double room = budget.room_of_tiles(atlas);
-  if (least == 1 || room >= 1) return {};
+  const double share = budget.fitting_share(atlas);
+  if (least == 1 || share >= 1) return {};
   FittedViews fitted;
   std::optional<HeldOutLoss> measured;
   try {
@@ -77,9 +77,9 @@ FittedViews fit_views(const GpuBudget& budget, double least, const Planner& plan
     fitted.not_measured = error.what();
   }
   ScaledViews views(atlas, visibility, validity);
-  fitted.scale = largest_scale_with_room(least, room, [&](double scale) {
+  fitted.scale = largest_fitting_scale(least, share, [&](double scale) {
     views.scale_to(scale);
-    return budget.room_of_tiles(atlas);
+    return budget.fitting_share(atlas);
   });
   views.scale_to(fitted.scale);
   if (!measured || !measured->can_tell()) return fitted;
@@ -93,31 +93,31 @@ FittedViews fit_views(const GpuBudget& budget, double least, const Planner& plan
   return fitted;
 }
 
-// Tiles are whole, so that fewer pixels need not be fewer of them: the more often there was no room, the farther below
-// what the pixels say the next scale is.
-double largest_scale_with_room(double least, double room, const std::function<double(double)>& room_at) {
+// Tiles are whole, so that fewer pixels need not be fewer of them: the more often the tiles did not fit, the farther
+// below what the pixels say the next scale is.
+double largest_fitting_scale(double least, double share, const std::function<double(double)>& share_at) {
   constexpr int kMostTries = 6;
-  constexpr double kMostRoom = 1.05;  // with this much room the search ends
+  constexpr double kMostShare = 1.05;  // at this share the search ends
   constexpr double kClose = 0.01;
   double fits = 0, too_large = 1, scale = 1, margin = 0.01;
-  double most_room = room, roomiest = 1;  // if nothing fits, smaller photographs must at least take fewer tiles
+  double most_share = share, scale_of_most = 1;  // if nothing fits, smaller photographs must at least take fewer tiles
   for (int tries = 0; tries < kMostTries && too_large - fits > kClose; ++tries) {
-    const double wanted = scale * std::sqrt(room) * (1 - margin);
+    const double wanted = scale * std::sqrt(share) * (1 - margin);
     const bool between = fits < wanted && wanted < too_large;
     scale = std::max(between ? wanted : (fits + too_large) / 2, least);
-    room = room_at(scale);
-    if (room >= 1) {
+    share = share_at(scale);
+    if (share >= 1) {
       fits = scale;
-      if (room < kMostRoom) break;
+      if (share < kMostShare) break;
     } else {
-      if (room > most_room) roomiest = scale;
-      most_room = std::max(most_room, room);
+      if (share > most_share) scale_of_most = scale;
+      most_share = std::max(most_share, share);
       too_large = scale;
       margin *= 2;
       if (scale == least) break;
     }
   }
-  return fits > 0 ? fits : roomiest;
+  return fits > 0 ? fits : scale_of_most;
 }
 
 }  // namespace lumatlas

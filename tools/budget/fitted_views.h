@@ -23,16 +23,16 @@ struct FittedViews {
   std::string not_measured;          // why, where OpenGL failed
 };
 // Downscales all views that `planner` has stored by one factor, at least `least`, in (0, 1] (std::invalid_argument).
-// The factor is that of largest_scale_with_room() if pictures lose next to no PSNR by it, or if the loss cannot be
+// The factor is that of largest_fitting_scale() if pictures lose next to no PSNR by it, or if the loss cannot be
 // measured (see HeldOutLoss). Otherwise it is the one with the least loss, in PSNR and structural similarity, once
 // GpuBudget::fitted_snapshot() has left out the tiles that do not fit. A factor of 1 changes nothing. The atlas must
 // not change otherwise meanwhile.
 [[nodiscard]] FittedViews fit_views(const GpuBudget& budget, double least, const Planner& planner, Atlas& atlas,
                                     const Visibility& visibility, const ValidityOptions& validity, BuildStage& stage);
 
-// Returns nearly the largest scale in [`least`, 1) for which `room_at(scale)` is 1 or more. Calls it at most six times;
-// it falls in steps, roughly with the scale's square, and is `room`, in (0, 1), at 1. If no call gave 1 or more,
-// returns the largest scale with the most, 1 included.
-[[nodiscard]] double largest_scale_with_room(double least, double room, const std::function<double(double)>& room_at);
+// Returns nearly the largest scale in [`least`, 1) at which all tiles fit: share_at(scale) is 1 or more. It is the
+// share of the tiles that fit, falls in steps, roughly with the scale's square, and is `share`, in (0, 1), at 1. Calls
+// it at most six times. If no call gave 1 or more, returns the largest scale with the largest share, 1 included.
+[[nodiscard]] double largest_fitting_scale(double least, double share, const std::function<double(double)>& share_at);
 
 }  // namespace lumatlas

@@ -45,7 +45,7 @@ void GpuBudget::refuse(std::uint64_t least) const {
                    ": give at least that as --budget, or fewer faces (--faces) or larger cells (--cell-size)");
 }
 
-double GpuBudget::room_of_tiles(Atlas& atlas) const {
+double GpuBudget::fitting_share(Atlas& atlas) const {
   atlas.set_tile_limit(0);
   const GpuBytes bytes = count_.of(atlas.snapshot());
   const std::uint64_t others = bytes.sum() - bytes.photographs(), one = place_bytes(atlas.layout());

@@ -20,12 +20,13 @@ class GpuBudget {
   GpuBudget(std::uint64_t bytes, const std::shared_ptr<const Surface>& surface, const TileOptions& layout,
             const std::filesystem::path& mesh_file);
 
-  // The bytes that the surface leaves for photographs, and for the tables that grow with them.
-  [[nodiscard]] std::uint64_t room() const { return bytes_ - of_surface_; }
+  // Returns the bytes that the surface leaves for photographs, and for the tables that grow with them.
+  [[nodiscard]] std::uint64_t bytes_left() const { return bytes_ - of_surface_; }
 
-  // Returns the bytes that mesh and tables leave, at least one tile's, divided by those of all tiles that the store's
-  // references ask for. At >= 1 all fit, to within a few bytes. Lifts the store's bound on tiles.
-  [[nodiscard]] double room_of_tiles(Atlas& atlas) const;
+  // Returns the share of the tiles that the store's references need that fits: the bytes that mesh and tables leave, at
+  // least one tile's, divided by those of these tiles. At >= 1 all fit, to within a few bytes. Lifts the store's bound
+  // on tiles.
+  [[nodiscard]] double fitting_share(Atlas& atlas) const;
 
   // Bounds the store's tiles, so that its snapshot takes no more than the budget, counted as GpuByteCount does, and as
   // many tiles as fit. Which cells can be joined, and so what the mesh takes, depends on the tiles that are chosen;

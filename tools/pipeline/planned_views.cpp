@@ -57,7 +57,7 @@ PlannerOptions planner_options(const BuildOptions& options, const Stream& stream
                                const std::optional<GpuBudget>& budget) {
   PlannerOptions planner = options.planner;
   if (budget && planner.max_bytes == 0 && !options.max_views) {
-    planner.max_bytes = photograph_bytes_for(budget->room(), options.tiles);
+    planner.max_bytes = photograph_bytes_for(budget->bytes_left(), options.tiles);
     for (const SceneView* view : stream) planner.max_bytes = std::max(planner.max_bytes, stored_bytes(view->camera));
   }
   return planner;

@@ -98,23 +98,23 @@ TEST_CASE("the largest scale with room for all tiles is found within a few steps
     for (const double share : {0.999, 0.99, 0.96, 0.9, 0.75, 0.58, 0.4, 0.2, 0.1}) {
       int asked = 0;
       const double whole = tiles(width, height, 1);
-      const auto room_at = [&, w = width, h = height](double scale) {
+      const auto share_at = [&, w = width, h = height](double scale) {
         ++asked;
         return share * whole / tiles(w, h, scale);
       };
-      const double found = largest_scale_with_room(0.25, share, room_at);
+      const double found = largest_fitting_scale(0.25, share, share_at);
       CAPTURE(width, height, share, found);
       CHECK(asked <= 6);
-      CHECK(room_at(found) >= 1);
-      CHECK(room_at(found * 1.1) < 1);
+      CHECK(share_at(found) >= 1);
+      CHECK(share_at(found * 1.1) < 1);
     }
   }
 }
 
 TEST_CASE("where no scale has room photographs are as small as that takes fewer tiles") {
-  CHECK(largest_scale_with_room(0.5, 0.1, [](double scale) { return 0.1 / (scale * scale); }) == 0.5);
-  CHECK(largest_scale_with_room(0.9, 0.99, [](double) { return 0.5; }) == 1);
-  CHECK(largest_scale_with_room(0.25, 0.6, [](double) { return 0.6; }) == 1);  // a tile for each photograph
+  CHECK(largest_fitting_scale(0.5, 0.1, [](double scale) { return 0.1 / (scale * scale); }) == 0.5);
+  CHECK(largest_fitting_scale(0.9, 0.99, [](double) { return 0.5; }) == 1);
+  CHECK(largest_fitting_scale(0.25, 0.6, [](double) { return 0.6; }) == 1);  // a tile for each photograph
 }
 
 }  // namespace
