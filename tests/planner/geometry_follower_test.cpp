@@ -258,7 +258,7 @@ TEST_CASE("what is said of the cells must fit the surface") {
   twice[4] = twice[3];
   CHECK_THROWS_WITH(
       GeometryFollower(scene.planner).update_surface(same.surface, *scene.visibility, twice, same.growth.changed),
-      Catch::Contains("cell 4") && Catch::Contains("another is already"));
+      Catch::Contains("cell 4") && Catch::Contains("as another cell was"));
   CHECK(scene.planner.store().summed_coverage() == before);
 }
 

@@ -257,7 +257,7 @@ TEST_CASE("notes about lenses that are none are refused, and those of other prog
   for (const char* const lenses : {"5", "[5]", "[{}]", R"([{"applied": true}])", R"({"applied": 3})",
                                    R"([{"applied": true, "camera": {"width": -1}}])"}) {
     CAPTURE(lenses);
-    CHECK(refused(lenses).find("model.glb: its notes say of a lens what can") == 0);
+    CHECK(refused(lenses).find("model.glb: its notes on a lens ") == 0);
   }
   CHECK_NOTHROW(correct_lenses(views, ModelNotes{}, "model.glb"));
   ModelNotes foreign;
