@@ -9,6 +9,7 @@
 #include <map>
 #include <utility>
 
+#include "atlas/images/pixel_memory.h"
 #include "atlas/images/srgb.h"
 #include "atlas/model/gltf/gltf_cameras.h"
 #include "atlas/model/model_extension.h"
@@ -310,6 +311,7 @@ json views_with_images(const Snapshot& snapshot, float before_far, const std::ve
     if (kind == ModelImageKind::poster) continue;
     if (kind == ModelImageKind::photograph) {
       views.push_back(view_properties(*snapshot.views[slot], snapshot.gains[slot], before_far));
+      give_back_scratch_pages();  // the median depth reads all depths of the view
     }
     views.back()[property_of(kind)] = image;
   }
