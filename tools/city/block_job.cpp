@@ -118,6 +118,13 @@ BuildResult unseen_block(const fs::path& folder, const CityPlan& plan, const Cit
   return result;
 }
 
+// Removes a block whose marker is gone: a workflow engine removes it of a job that it takes for failed, also where the
+// block was complete by then. The folder is the plan's own.
+void remove_unmarked(const fs::path& block) {
+  std::error_code ignored;
+  if (fs::exists(block, ignored) && !fs::exists(block / kMarkerFile, ignored)) fs::remove_all(block);
+}
+
 }  // namespace
 
 bool is_block_done(const fs::path& folder, const CityPlan& plan, std::size_t block) {
@@ -138,6 +145,7 @@ BlockFacts build_block(const fs::path& folder, const CityPlan& plan, std::size_t
   const auto start = std::chrono::steady_clock::now();
   const CityBlock& block = plan.blocks[number];
   fs::create_directories(block_folder(folder, number).parent_path());
+  remove_unmarked(block_folder(folder, number));
   OutputFolder output(block_folder(folder, number), kJobName);
   const PixelMemoryBound memory(std::min(usual_pixel_memory(), plan.memory / kPixelShare), scratch_folder_for(folder));
   const BuildResult result =

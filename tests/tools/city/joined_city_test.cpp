@@ -195,4 +195,19 @@ TEST_CASE("A block that is missing, or of another plan, is named", "[joined_city
   CHECK_THROWS_AS(build_block(city.folder.path(), city.plan, 2, {}), std::invalid_argument);
 }
 
+TEST_CASE("A block whose marker a workflow engine has removed is made again", "[joined_city]") {
+  const SmallCity city(1'000'000);
+  build_blocks(city.folder.path(), city.plan);
+  const std::filesystem::path block = city.folder.path() / "blocks" / "0";
+  const auto whole = files_of(block);
+  REQUIRE(whole.contains("tileset.json"));
+  std::filesystem::remove(block / "lumatlas.json");
+  CHECK_FALSE(is_block_done(city.folder.path(), city.plan, 0));
+  (void)build_block(city.folder.path(), city.plan, 0, {});
+  CHECK(is_block_done(city.folder.path(), city.plan, 0));
+  const auto again = files_of(block);
+  CHECK(again.size() == whole.size());
+  CHECK(again.at("tileset.json") == whole.at("tileset.json"));
+}
+
 }  // namespace lumatlas
