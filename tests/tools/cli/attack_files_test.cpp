@@ -361,7 +361,7 @@ TEST_CASE("a machine without a library of OpenGL is told which one to install") 
                                   "auto", "--loss", "3", "--refine", "none", "--json", "--quiet"},
                                  without("libEGL.so.1"));
   REQUIRE(built.status == 0);
-  CHECK_THAT(built.err, Catch::Contains("what it costs cannot be measured: no OpenGL: libEGL.so.1 cannot be loaded"));
+  CHECK_THAT(built.err, Catch::Contains("its loss cannot be measured: no OpenGL: libEGL.so.1 cannot be loaded"));
   const nlohmann::json summary = nlohmann::json::parse(built.out);
   CHECK(summary["parsimony"]["measured_loss_db"].is_null());
   CHECK(summary["parsimony"]["predicted_loss_db"] <= 3);

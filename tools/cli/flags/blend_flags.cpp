@@ -30,7 +30,7 @@ void BlendFlags::add_to(CLI::App& command) {
                                 "Use the exposure of the photographs taken nearby, or one exposure for the whole model",
                                 defaults(name_of(kExposures, ours.exposure), name_of(kExposures, printed.exposure)));
   supersample_option_ =
-      command.add_option("--supersample", supersample_, "Draw pixels at silhouettes as means of N x N samples")
+      command.add_option("--supersample", supersample_, "Silhouettes as means of N x N samples")
           ->type_name("N")
           ->transform(whole_number(1, kMostSupersampling))
           ->default_str(defaults(std::to_string(ours.supersample), std::to_string(printed.supersample)));

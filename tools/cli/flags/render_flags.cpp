@@ -38,7 +38,7 @@ void RenderFlags::add_cameras_to(CLI::App& command) {
       command.add_flag("--hilbert", hilbert, "Move along a Hilbert curve over the scene's ground");
   cameras_ = {of_scene_, along_keys, around, through, along_hilbert};
   begin_group(command, "Number and size of the pictures");
-  hold.add_to(command, "With --views, render only the views that `validate --hold H` scores");
+  hold.add_to(command, "With --views, only views that `validate --hold H` scores");
   hold.hold_option->needs(of_scene_);
   command.add_option("--frames", frames, "Number of pictures of a path")
       ->type_name("N")
@@ -61,14 +61,13 @@ void RenderFlags::add_cameras_to(CLI::App& command) {
 void RenderFlags::add_mode_to(CLI::App& command) {
   begin_group(command, "Picture");
   add_choice(command, "--mode", mode, kModes,
-             "What the colour of a pixel shows: the picture, a measure of the model, or, with --views, the error "
-             "against the photograph");
+             "Draw the picture, or a measure of the model; error, against the photographs, needs --views");
   command.add_option("--range", range, "Values at the two ends of a mode's colour scale; without it the mode's own")
       ->type_name("LEAST MOST")
       ->expected(2)
       ->default_str("");
   command.add_flag("--no-color-bar", no_color_bar, "Leave out the colour scale below a mode's picture");
-  command.add_option("--background", background, "Background behind the mesh: blur, alpha, white, #rrggbb")
+  command.add_option("--background", background, "Background: blur, alpha, white, #rrggbb")
       ->type_name("NAME")
       ->check([](const std::string& name) {
         return background_named(name) ? std::string() : name + " is none of alpha, blur, black, white or #rrggbb";
@@ -81,11 +80,11 @@ void RenderFlags::add_files_to(CLI::App& command) {
   begin_group(command, "Files and messages");
   add_file(command, "-o,--output", output, "DIR", "Folder of the pictures; earlier ones there are replaced")
       ->required();
-  add_choice(command, "--format", format, kPictureFormats,
-             "Files to write; exr has linear light, or a mode's numbers; mp4 is one video, made by ffmpeg");
-  frames_per_second_option_ = command.add_option("--fps", frames_per_second, "With --format mp4, pictures a second")
-                                  ->type_name("N")
-                                  ->check(number_between(0.01, 1000));
+  add_choice(command, "--format", format, kPictureFormats, "exr has linear light, or a mode's numbers");
+  frames_per_second_option_ =
+      command.add_option("--fps", frames_per_second, "With --format mp4, by ffmpeg: pictures a second")
+          ->type_name("N")
+          ->check(number_between(0.01, 1000));
   add_json(command, json_output);
   add_quiet(command, quiet);
   begin_rare_group(command, "time");
