@@ -68,11 +68,11 @@ void check_tiles(const Snapshot& snapshot) {
                     std::to_string(count) + " tiles of slot " + std::to_string(slot));
   }
   if (tiles.first_tile.front() != 0) refuse_snapshot("tiles.first_tile[0] is not 0");
-  require_count("tiles.slots", tiles.slots.size(), tiles.first_tile.back(), "tile");
-  for (std::size_t tile = 0; tile < tiles.slots.size(); ++tile) {
-    const std::uint32_t slot = tiles.slots[tile];
+  require_count("tiles.places", tiles.places.size(), tiles.first_tile.back(), "tile");
+  for (std::size_t tile = 0; tile < tiles.places.size(); ++tile) {
+    const std::uint32_t slot = tiles.places[tile];
     if (slot == TilePlace::none || slot < kMostTilePlaces) continue;
-    refuse_snapshot(entry("tiles.slots", tile) + " is " + std::to_string(slot) + ", must be below " +
+    refuse_snapshot(entry("tiles.places", tile) + " is " + std::to_string(slot) + ", must be below " +
                     std::to_string(kMostTilePlaces) + " or TilePlace::none");
   }
 }
@@ -96,11 +96,11 @@ void drop_tiles_of_free_slots(Snapshot& snapshot) {
   kept.first_tile.push_back(0);
   for (std::size_t slot = 0; slot < snapshot.views.size(); ++slot) {
     if (snapshot.views[slot]) {
-      const auto slots = snapshot.tiles.slots.begin();
-      kept.slots.insert(kept.slots.end(), slots + snapshot.tiles.first_tile[slot],
-                        slots + snapshot.tiles.first_tile[slot + 1]);
+      const auto places = snapshot.tiles.places.begin();
+      kept.places.insert(kept.places.end(), places + snapshot.tiles.first_tile[slot],
+                         places + snapshot.tiles.first_tile[slot + 1]);
     }
-    kept.first_tile.push_back(static_cast<std::uint32_t>(kept.slots.size()));
+    kept.first_tile.push_back(static_cast<std::uint32_t>(kept.places.size()));
   }
   snapshot.tiles = std::move(kept);
 }

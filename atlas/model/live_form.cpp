@@ -133,7 +133,7 @@ class VersionWriter {
     for (std::size_t slot = 0; !tiles.whole_views() && slot < views_.size(); ++slot) {
       if (!is_shown(slot)) continue;
       for (std::uint32_t tile = tiles.first_tile[slot]; tile < tiles.first_tile[slot + 1]; ++tile) {
-        tables.resident.push_back(tiles.slots[tile] == TilePlace::none ? 0 : 1);
+        tables.resident.push_back(tiles.places[tile] == TilePlace::none ? 0 : 1);
       }
     }
     return tables;

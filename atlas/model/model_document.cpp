@@ -327,7 +327,7 @@ ViewTables view_tables(const Snapshot& snapshot) {
   tables.references.reserve(snapshot.references.views.size());
   for (const ViewSlot slot : snapshot.references.views) tables.references.push_back(number[slot]);
   if (snapshot.tiles.whole_views()) return tables;
-  for (const TilePlace slot : snapshot.tiles.slots) tables.resident.push_back(slot == TilePlace::none ? 0 : 1);
+  for (const TilePlace place : snapshot.tiles.places) tables.resident.push_back(place == TilePlace::none ? 0 : 1);
   return tables;
 }
 

@@ -102,7 +102,7 @@ std::vector<std::uint8_t> small_file(const Snapshot& snapshot, ViewSlot slot, st
   if (tiles.whole_views()) return encode_image(small_picture(view, longest_px), coding);
   std::vector<std::uint8_t> there;
   for (std::uint32_t tile = tiles.first_tile[slot]; tile < tiles.first_tile[slot + 1]; ++tile) {
-    there.push_back(tiles.slots[tile] == TilePlace::none ? 0 : 1);
+    there.push_back(tiles.places[tile] == TilePlace::none ? 0 : 1);
   }
   return encode_image(small_picture(view, longest_px, there, tiles.options.tile_px), coding);
 }

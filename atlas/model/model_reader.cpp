@@ -169,7 +169,7 @@ TileTable ModelReader::tiles(const std::vector<ViewEntry>& views) const {
   }
   if (tiles >= TilePlace::none) file.refuse("has " + std::to_string(tiles) + " tiles, too many");
   std::uint32_t next = 0;
-  for (const std::uint8_t there : resident) table.slots.push_back(there ? TilePlace{next++} : TilePlace::none);
+  for (const std::uint8_t there : resident) table.places.push_back(there ? TilePlace{next++} : TilePlace::none);
   if (next > kMostTilePlaces) {
     file.refuse("has " + std::to_string(next) + " resident tiles, must have at most " +
                 std::to_string(kMostTilePlaces));
@@ -374,7 +374,7 @@ ModelFacts ModelReader::facts() const {
                        (textured ? joined.written_vertices() * sizeof(glm::u16vec2) : 0) +
                        (has_zones ? vertices * (sizeof(float) + sizeof(glm::u8vec4)) : 0);
   facts.table_bytes =
-      cells + facts.tiles.slots.size() +
+      cells + facts.tiles.places.size() +
       sizeof(float) *
           (joined.numbers_of_cells("cellCoverage").size() + joined.numbers_of_cells("cellDeviation").size()) +
       sizeof(std::uint32_t) * (facts.references.offsets.size() + facts.references.views.size() + zone_numbers);

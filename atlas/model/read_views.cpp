@@ -34,7 +34,7 @@ std::vector<PixelRect> resident_parts(const TileTable& tiles, ViewSlot view, con
   const TileGrid grid(camera.width, camera.height, side);
   std::vector<PixelRect> parts;
   for (std::uint32_t row = 0; row < grid.rows; ++row) {
-    const auto first = tiles.slots.begin() + tiles.first_tile[view] + row * grid.columns;
+    const auto first = tiles.places.begin() + tiles.first_tile[view] + row * grid.columns;
     for (std::uint32_t column = 0; column < grid.columns; ++column) {
       if (first[column] == TilePlace::none) continue;
       const std::uint32_t begin = column;
@@ -133,8 +133,8 @@ class ViewReader {
     if (tiles_.whole_views()) return std::make_shared<const StoredView>(read_whole(entry, times));
     const std::vector<PixelRect> parts = resident_parts(tiles_, number, camera);
     if (parts.empty()) return nullptr;
-    const auto all = tiles_.slots.begin() + tiles_.first_tile[number];
-    const auto end = tiles_.slots.begin() + tiles_.first_tile[number + 1];
+    const auto all = tiles_.places.begin() + tiles_.first_tile[number];
+    const auto end = tiles_.places.begin() + tiles_.first_tile[number + 1];
     const bool is_whole = std::find(all, end, TilePlace::none) == end;
     return std::make_shared<const StoredView>(is_whole ? read_whole(entry, times) : read_parts(entry, parts, times));
   }

@@ -23,7 +23,7 @@ void require(bool holds, const char* field, std::uint32_t value, const char* rul
 
 void require_tiles(const TileOptions& options) {
   check(options);
-  require(!options.whole_views(), "tile_px", options.tile_px, "above 0, for whole views have no slots");
+  require(!options.whole_views(), "tile_px", options.tile_px, "above 0, for whole views have no places");
 }
 
 void require_count(const StoredView& view, const char* what, std::size_t count) {
@@ -247,14 +247,14 @@ bool TileTable::resident(ViewSlot view, const Camera& camera, double x, double y
   const TileGrid grid(camera.width, camera.height, options.tile_px);
   const auto column = static_cast<std::uint32_t>(x) / options.tile_px;
   const auto row = static_cast<std::uint32_t>(y) / options.tile_px;
-  return slots[first_tile[view] + row * grid.columns + column] != TilePlace::none;
+  return places[first_tile[view] + row * grid.columns + column] != TilePlace::none;
 }
 
 std::vector<std::uint8_t> TileTable::resident_pixels(ViewSlot view, const Camera& camera) const {
   const TileGrid grid(camera.width, camera.height, options.tile_px);
   std::vector<std::uint8_t> mask(std::size_t{camera.width} * camera.height, 0);
   for (std::uint32_t tile = 0; tile < grid.tiles(); ++tile) {
-    if (slots[first_tile[view] + tile] == TilePlace::none) continue;
+    if (places[first_tile[view] + tile] == TilePlace::none) continue;
     const std::uint32_t x = tile % grid.columns * options.tile_px;
     const std::uint32_t y = tile / grid.columns * options.tile_px;
     const std::uint32_t first_x = x - std::min(x, options.gutter_px);
@@ -269,18 +269,18 @@ std::vector<std::uint8_t> TileTable::resident_pixels(ViewSlot view, const Camera
 }
 
 bool TileTable::has_resident_tile(ViewSlot view) const {
-  return std::any_of(slots.begin() + first_tile[view], slots.begin() + first_tile[view + 1],
+  return std::any_of(places.begin() + first_tile[view], places.begin() + first_tile[view + 1],
                      [](TilePlace place) { return place != TilePlace::none; });
 }
 
 std::uint32_t TileTable::resident_tiles() const {
   return static_cast<std::uint32_t>(
-      std::count_if(slots.begin(), slots.end(), [](TilePlace place) { return place != TilePlace::none; }));
+      std::count_if(places.begin(), places.end(), [](TilePlace place) { return place != TilePlace::none; }));
 }
 
 std::uint32_t TileTable::places_needed() const {
   std::uint32_t needed = 0;
-  for (const TilePlace place : slots) needed = place == TilePlace::none ? needed : std::max(needed, place + 1);
+  for (const TilePlace place : places) needed = place == TilePlace::none ? needed : std::max(needed, place + 1);
   return needed;
 }
 
@@ -289,20 +289,20 @@ TilePlaces::TilePlaces(const TileOptions& options) {
   table_.options = options;
 }
 
-// Gives the slots of tiles back whose views are gone, or have another number of tiles than before.
+// Gives the places of tiles back whose views are gone, or have another number of tiles than before.
 void TilePlaces::resize(std::span<const std::uint32_t> tiles_of_view) {
   TileTable table;
   table.options = table_.options;
   table.first_tile.push_back(0);
   for (std::size_t view = 0; view < tiles_of_view.size(); ++view) {
     table.first_tile.push_back(table.first_tile.back() + tiles_of_view[view]);
-    table.slots.resize(table.first_tile.back(), TilePlace::none);
+    table.places.resize(table.first_tile.back(), TilePlace::none);
     if (view + 1 >= table_.first_tile.size()) continue;
     const std::span<const TilePlace> before =
-        std::span<const TilePlace>(table_.slots)
+        std::span<const TilePlace>(table_.places)
             .subspan(table_.first_tile[view], table_.first_tile[view + 1] - table_.first_tile[view]);
     if (before.size() == tiles_of_view[view]) {
-      std::copy(before.begin(), before.end(), table.slots.begin() + table.first_tile[view]);
+      std::copy(before.begin(), before.end(), table.places.begin() + table.first_tile[view]);
     } else {
       std::copy_if(before.begin(), before.end(), std::back_inserter(free_),
                    [](TilePlace place) { return place != TilePlace::none; });
@@ -323,18 +323,18 @@ void TilePlaces::assign(std::span<const ViewTile> tiles, std::span<const std::ui
                            " is to be resident, but there is no such tile");
   }
   resize(tiles_of_view);
-  std::vector<std::uint8_t> stays(table_.slots.size(), 0);
+  std::vector<std::uint8_t> stays(table_.places.size(), 0);
   for (const ViewTile& tile : tiles) stays[table_.first_tile[tile.view] + tile.tile] = 1;
   for (std::size_t tile = 0; tile < stays.size(); ++tile) {
-    if (stays[tile] || table_.slots[tile] == TilePlace::none) continue;
-    free_.push_back(table_.slots[tile]);
-    table_.slots[tile] = TilePlace::none;
+    if (stays[tile] || table_.places[tile] == TilePlace::none) continue;
+    free_.push_back(table_.places[tile]);
+    table_.places[tile] = TilePlace::none;
   }
   std::sort(free_.begin(), free_.end(), std::greater<>());
   for (std::size_t tile = 0; tile < stays.size(); ++tile) {
-    if (!stays[tile] || table_.slots[tile] != TilePlace::none) continue;
+    if (!stays[tile] || table_.places[tile] != TilePlace::none) continue;
     if (free_.empty()) free_.emplace_back(used_++);
-    table_.slots[tile] = free_.back();
+    table_.places[tile] = free_.back();
     free_.pop_back();
   }
 }

@@ -108,12 +108,12 @@ struct TiledView {
                                         const ValidityOptions& options, std::vector<std::uint8_t> trust = {});
 
 // The position of each tile of each view in the texture array: the last step from a face to a texel. Tiles of the view
-// in view slot v are slots[first_tile[v]] up to slots[first_tile[v + 1]], row by row. Its functions take a table that
+// in view slot v are places[first_tile[v]] up to places[first_tile[v + 1]], row by row. Its functions take a table that
 // passes check(Snapshot), and a view and camera that belong to it. They do not check again.
 struct TileTable {
   TileOptions options;
   std::vector<std::uint32_t> first_tile;  // one more than the store has view slots; empty: whole views
-  std::vector<TilePlace> slots;           // tile places in the texture array; TilePlace::none: the tile is not there
+  std::vector<TilePlace> places;          // tile places in the texture array; TilePlace::none: the tile is not there
 
   [[nodiscard]] bool whole_views() const { return first_tile.empty(); }
   // Returns whether the tile that holds an image position (pixels from the top left corner, inside the image) is
@@ -123,7 +123,7 @@ struct TileTable {
   [[nodiscard]] std::vector<std::uint8_t> resident_pixels(ViewSlot view, const Camera& camera) const;
   [[nodiscard]] bool has_resident_tile(ViewSlot view) const;
   [[nodiscard]] std::uint32_t resident_tiles() const;
-  // Tile places that a texture array must have, so that each entry of `slots` is one of them.
+  // Tile places that a texture array must have, so that each entry of `places` is one of them.
   [[nodiscard]] std::uint32_t places_needed() const;
 };
 

@@ -47,7 +47,7 @@ void require_limit(std::uint64_t needed, GLenum name, const char* what, const ch
 
 void require_limits(const ArrayShape& shape, bool whole_views) {
   const std::uint64_t side =
-      std::max(std::uint64_t{shape.columns} * shape.slot_width, std::uint64_t{shape.rows} * shape.slot_height);
+      std::max(std::uint64_t{shape.columns} * shape.place_width, std::uint64_t{shape.rows} * shape.place_height);
   require_limit(side, GL_MAX_TEXTURE_SIZE, "pixels a side for its photographs", "scale the photographs down");
   require_limit(shape.pages, GL_MAX_ARRAY_TEXTURE_LAYERS, whole_views ? "views" : "pages of tiles",
                 whole_views ? "build it with fewer (--max-views)" : "build it with a smaller --budget");
@@ -77,8 +77,8 @@ bool driver_copies_textures() {
 // The photographs, sRGB with validity, and their depths.
 GlTexture make_photographs(const ArrayShape& shape) {
   const GLenum format = shape.format == TexelFormat::bc7 ? GL_COMPRESSED_SRGB_ALPHA_BPTC_UNORM : GL_SRGB8_ALPHA8;
-  return make_texture_array(format, static_cast<GLsizei>(shape.columns * shape.slot_width),
-                            static_cast<GLsizei>(shape.rows * shape.slot_height), static_cast<GLsizei>(shape.pages),
+  return make_texture_array(format, static_cast<GLsizei>(shape.columns * shape.place_width),
+                            static_cast<GLsizei>(shape.rows * shape.place_height), static_cast<GLsizei>(shape.pages),
                             GL_LINEAR, static_cast<GLsizei>(shape.levels));
 }
 
@@ -145,7 +145,7 @@ std::uint64_t digest_of_depths(const StoredView& view, const ImageRect& part, fl
 }  // namespace
 
 std::uint64_t ArrayShape::texels(std::uint32_t level) const {
-  return (std::uint64_t{columns} * slot_width >> level) * (std::uint64_t{rows} * slot_height >> level) * pages;
+  return (std::uint64_t{columns} * place_width >> level) * (std::uint64_t{rows} * place_height >> level) * pages;
 }
 
 std::uint64_t ArrayShape::depth_bytes() const {
@@ -185,10 +185,10 @@ ArrayShape layers_shape(std::span<const Camera> views, const TileOptions& option
     height = std::max(height, view.height);
   }
   const std::uint32_t unit = (options.texels == TexelFormat::rgb8 ? 1 : kBlockSide) << (shape.levels - 1);
-  shape.slot_width = round_up(width, unit);
-  shape.slot_height = round_up(height, unit);
-  shape.depth_columns = depth_blocks(shape.slot_width);
-  shape.depth_rows = depth_blocks(shape.slot_height);
+  shape.place_width = round_up(width, unit);
+  shape.place_height = round_up(height, unit);
+  shape.depth_columns = depth_blocks(shape.place_width);
+  shape.depth_rows = depth_blocks(shape.place_height);
   return shape;
 }
 
@@ -221,8 +221,8 @@ bool PhotographArray::grow(const ArrayShape& needed) {
     GlTexture photographs = make_photographs(shape);
     GlTexture depths = make_depths(shape);
     for (std::uint32_t level = 0; level < shape_.levels; ++level) {
-      copy_level(photographs_, photographs, static_cast<GLint>(level), shape_.columns * shape_.slot_width,
-                 shape_.rows * shape_.slot_height, shape_.pages);
+      copy_level(photographs_, photographs, static_cast<GLint>(level), shape_.columns * shape_.place_width,
+                 shape_.rows * shape_.place_height, shape_.pages);
     }
     copy_level(depths_, depths, 0, shape_.columns * shape_.depth_columns, shape_.rows * shape_.depth_rows,
                shape_.pages);
@@ -257,11 +257,11 @@ void PhotographArray::load(const Snapshot& snapshot, bool blocks) {
   if (stored_format_ != tiles.options.texels) held_.clear();  // the array may be the same: see array_shape()
   stored_format_ = tiles.options.texels;
   allocate(shape);
-  tile_width_ = whole_views ? shape.slot_width : tiles.options.tile_px;
-  tile_height_ = whole_views ? shape.slot_height : tiles.options.tile_px;
+  tile_width_ = whole_views ? shape.place_width : tiles.options.tile_px;
+  tile_height_ = whole_views ? shape.place_height : tiles.options.tile_px;
   gutter_ = whole_views ? 0 : tiles.options.gutter_px;
   held_.resize(std::size_t{shape_.columns} * shape_.rows * shape_.pages);
-  std::vector<TilePlace> places = tiles.slots;
+  std::vector<TilePlace> places = tiles.places;
   first_tile_ = tiles.first_tile;
   if (whole_views) {
     for (std::uint32_t view = 0; view < snapshot.views.size(); ++view) places.emplace_back(view);
@@ -273,7 +273,7 @@ void PhotographArray::load(const Snapshot& snapshot, bool blocks) {
   uploaded_ = 0;
   // Tiles are prepared on all processors, kBytesAtOnce of them at a time. GL takes them from this thread.
   const std::size_t at_once =
-      std::max<std::size_t>(kBytesAtOnce / (4 * std::size_t{shape.slot_width} * shape.slot_height), 1);
+      std::max<std::size_t>(kBytesAtOnce / (4 * std::size_t{shape.place_width} * shape.place_height), 1);
   for (std::size_t first = 0; first < missing.size(); first += at_once) {
     const std::size_t end = std::min(first + at_once, missing.size());
     tbb::parallel_for(first, end, [&](std::size_t i) { prepare(missing[i], *snapshot.views[missing[i].view]); });
@@ -323,8 +323,8 @@ void PhotographArray::measure_depths(const Snapshot& snapshot) {
 void PhotographArray::prepare(Upload& upload, const StoredView& view) const {
   const std::uint32_t columns = columns_of(view);
   const std::uint32_t left = upload.tile % columns * tile_width_, top = upload.tile / columns * tile_height_;
-  const ImageRect rect{std::int64_t{left} - gutter_, std::int64_t{top} - gutter_, shape_.slot_width,
-                       shape_.slot_height};
+  const ImageRect rect{std::int64_t{left} - gutter_, std::int64_t{top} - gutter_, shape_.place_width,
+                       shape_.place_height};
   prepare_levels(upload, view, rect);
   prepare_depths(upload, view, left, top);
 }
@@ -370,7 +370,7 @@ void PhotographArray::prepare_depths(Upload& upload, const StoredView& view, std
 
 PhotographArray::Texel PhotographArray::first_texel(TilePlace place) const {
   const std::uint32_t in_page = shape_.columns * shape_.rows;
-  return {place % in_page % shape_.columns * shape_.slot_width, place % in_page / shape_.columns * shape_.slot_height,
+  return {place % in_page % shape_.columns * shape_.place_width, place % in_page / shape_.columns * shape_.place_height,
           place / in_page};
 }
 
@@ -385,7 +385,7 @@ void PhotographArray::copy(std::span<const Upload> uploads) {
     masks.push_back({first.x, first.y, first.page, upload.validity});
     mask_bytes_ += upload.validity.size();
   }
-  if (!masks.empty()) mask_pass_.write(photographs_, shape_.slot_width, shape_.slot_height, masks);
+  if (!masks.empty()) mask_pass_.write(photographs_, shape_.place_width, shape_.place_height, masks);
 }
 
 void PhotographArray::copy_levels(const Upload& upload) {
@@ -396,8 +396,8 @@ void PhotographArray::copy_levels(const Upload& upload) {
     const std::vector<std::uint8_t>& level = upload.levels[static_cast<std::size_t>(number)];
     if (level.empty()) continue;
     (upload.validity.empty() ? color_bytes_ : mask_bytes_) += level.size();
-    const auto width = static_cast<GLsizei>(shape_.slot_width >> number);
-    const auto height = static_cast<GLsizei>(shape_.slot_height >> number);
+    const auto width = static_cast<GLsizei>(shape_.place_width >> number);
+    const auto height = static_cast<GLsizei>(shape_.place_height >> number);
     if (shape_.format == TexelFormat::bc7) {
       glCompressedTexSubImage3D(GL_TEXTURE_2D_ARRAY, number, x >> number, y >> number, page, width, height, 1,
                                 GL_COMPRESSED_SRGB_ALPHA_BPTC_UNORM, static_cast<GLsizei>(level.size()), level.data());
@@ -413,8 +413,8 @@ void PhotographArray::copy_depths(const Upload& upload) {
   depth_bytes_ += kDepthBlockBytes * upload.depth.size();
   const Texel first = first_texel(upload.place);
   glBindTexture(GL_TEXTURE_2D_ARRAY, depths_.get());
-  glTexSubImage3D(GL_TEXTURE_2D_ARRAY, 0, static_cast<GLint>(first.x / shape_.slot_width * shape_.depth_columns),
-                  static_cast<GLint>(first.y / shape_.slot_height * shape_.depth_rows), static_cast<GLint>(first.page),
+  glTexSubImage3D(GL_TEXTURE_2D_ARRAY, 0, static_cast<GLint>(first.x / shape_.place_width * shape_.depth_columns),
+                  static_cast<GLint>(first.y / shape_.place_height * shape_.depth_rows), static_cast<GLint>(first.page),
                   static_cast<GLsizei>(shape_.depth_columns), static_cast<GLsizei>(shape_.depth_rows), 1,
                   GL_RGBA_INTEGER, GL_UNSIGNED_INT, upload.depth.data());
 }

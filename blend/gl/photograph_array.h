@@ -27,9 +27,9 @@ namespace lumatlas {
 
 // The layout of tile places in the pages of the array.
 struct ArrayShape {
-  std::uint32_t slot_width = 0;   // texels, gutter included
-  std::uint32_t slot_height = 0;  // texels, gutter included
-  std::uint32_t columns = 1;      // tile places in a page
+  std::uint32_t place_width = 0;   // texels, gutter included
+  std::uint32_t place_height = 0;  // texels, gutter included
+  std::uint32_t columns = 1;       // tile places in a page
   std::uint32_t rows = 1;
   std::uint32_t pages = 1;
   std::uint32_t levels = 1;

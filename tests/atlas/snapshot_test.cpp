@@ -142,8 +142,8 @@ TEST_CASE("the same tiles are resident whether snapshots were taken before or no
   const Snapshot a = often.atlas->snapshot(), b = once.atlas->snapshot();
   REQUIRE(a.tiles.first_tile == b.tiles.first_tile);
   CHECK(a.tiles.resident_tiles() > 0);
-  for (std::size_t tile = 0; tile < a.tiles.slots.size(); ++tile) {
-    CHECK((a.tiles.slots[tile] == TilePlace::none) == (b.tiles.slots[tile] == TilePlace::none));
+  for (std::size_t tile = 0; tile < a.tiles.places.size(); ++tile) {
+    CHECK((a.tiles.places[tile] == TilePlace::none) == (b.tiles.places[tile] == TilePlace::none));
   }
   CHECK(a.vertex_colors == b.vertex_colors);
   CHECK(a.references.views == b.references.views);
@@ -273,7 +273,7 @@ TEST_CASE("a store that is cut anew is as if it had been cut so from the start")
   const std::vector<SharedShownCells> shown_before = atlas->retile(after, shown);
   CHECK(atlas->layout().texels == TexelFormat::bc7);
   const Snapshot cut = atlas->snapshot(), expected = room_snapshot(5, {}, after);
-  CHECK(cut.tiles.slots == expected.tiles.slots);
+  CHECK(cut.tiles.places == expected.tiles.places);
   CHECK(cut.tiles.first_tile == expected.tiles.first_tile);
   CHECK(cut.references.views == expected.references.views);
   CHECK(cut.views == as_it_was.views);
@@ -296,9 +296,9 @@ TEST_CASE("a store that is cut anew is as if it had been cut so from the start")
   CHECK_THROWS_WITH(atlas->retile(before, {}),
                     Catch::Contains("atlas: shown has 0 entries, must have one per slot, 5"));
   CHECK(atlas->layout().texels == TexelFormat::bc7);
-  CHECK(atlas->snapshot().tiles.slots == expected.tiles.slots);
+  CHECK(atlas->snapshot().tiles.places == expected.tiles.places);
   (void)atlas->retile(before, shown_before);
-  CHECK(atlas->snapshot().tiles.slots == as_it_was.tiles.slots);
+  CHECK(atlas->snapshot().tiles.places == as_it_was.tiles.places);
 }
 
 TEST_CASE("each rule of a snapshot is checked by name") {
@@ -329,11 +329,11 @@ TEST_CASE("each rule of a snapshot is checked by name") {
           "snapshot: tiles.options.tile_px is 0, must be above 0 where there are tiles");
   refused([](Snapshot& s) { s.tiles.first_tile.pop_back(); },
           "snapshot: tiles.first_tile has 5 entries, must have one more than views, 6");
-  refused([](Snapshot& s) { s.tiles.slots.pop_back(); },
-          "snapshot: tiles.slots has " + std::to_string(good.tiles.slots.size() - 1) +
-              " entries, must have one per tile, " + std::to_string(good.tiles.slots.size()));
-  refused([](Snapshot& s) { s.tiles.slots[0] = TilePlace{kMostTilePlaces}; },
-          "snapshot: tiles.slots[0] is 1073741824, must be below 1073741824 or TilePlace::none");
+  refused([](Snapshot& s) { s.tiles.places.pop_back(); },
+          "snapshot: tiles.places has " + std::to_string(good.tiles.places.size() - 1) +
+              " entries, must have one per tile, " + std::to_string(good.tiles.places.size()));
+  refused([](Snapshot& s) { s.tiles.places[0] = TilePlace{kMostTilePlaces}; },
+          "snapshot: tiles.places[0] is 1073741824, must be below 1073741824 or TilePlace::none");
   refused([](Snapshot& s) { s.tiles.first_tile[1] += 1; },
           "snapshot: tiles.first_tile[1] is 7, must be 6 for the 6 tiles of slot 0");
   refused(

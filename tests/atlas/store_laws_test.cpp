@@ -82,7 +82,7 @@ std::unique_ptr<Atlas> small_store() {
 bool same(const Snapshot& a, const Snapshot& b) {
   return a.surface == b.surface && a.views == b.views && a.gains == b.gains &&
          a.references.offsets == b.references.offsets && a.references.views == b.references.views &&
-         a.cell_seen == b.cell_seen && a.vertex_colors == b.vertex_colors && a.tiles.slots == b.tiles.slots &&
+         a.cell_seen == b.cell_seen && a.vertex_colors == b.vertex_colors && a.tiles.places == b.tiles.places &&
          a.tiles.first_tile == b.tiles.first_tile;
 }
 

@@ -216,14 +216,14 @@ TEST_CASE("what stays resident is not copied again") {
   atlas->replace(4, std::move(changed), std::move(shown));
   const Snapshot second = atlas->snapshot();
   array.load(second);
-  REQUIRE(second.tiles.slots[second.tiles.first_tile[4]] != TilePlace::none);
+  REQUIRE(second.tiles.places[second.tiles.first_tile[4]] != TilePlace::none);
   CHECK(array.uploaded_slots() == 1);
 }
 
 // The first views of a snapshot in tiles.
 Snapshot first_views(Snapshot snapshot, std::size_t count) {
-  const auto tiles = snapshot.tiles.slots.begin();
-  std::fill(tiles + snapshot.tiles.first_tile[count], snapshot.tiles.slots.end(), TilePlace::none);
+  const auto tiles = snapshot.tiles.places.begin();
+  std::fill(tiles + snapshot.tiles.first_tile[count], snapshot.tiles.places.end(), TilePlace::none);
   leave_out_views_without_tiles(snapshot);
   return snapshot;
 }

@@ -450,8 +450,8 @@ TEST_CASE("a store never has more tiles resident than its array, and refers to n
         REQUIRE(snapshot.references.of_cell(cell).size() <= stream.atlas.references(cell).size());
         for (const std::uint32_t view : snapshot.references.of_cell(cell)) {
           REQUIRE(snapshot.views[view]);
-          const auto first = tiles.slots.begin() + tiles.first_tile[view];
-          REQUIRE(std::any_of(first, tiles.slots.begin() + tiles.first_tile[view + 1],
+          const auto first = tiles.places.begin() + tiles.first_tile[view];
+          REQUIRE(std::any_of(first, tiles.places.begin() + tiles.first_tile[view + 1],
                               [](TilePlace slot) { return slot != TilePlace::none; }));
         }
       }

@@ -52,7 +52,7 @@ void leave_out(ViewSlot slot, Snapshot& store) {
     store.views[slot].reset();
     store.gains[slot] = glm::dvec3(1);
   } else {
-    std::fill(tiles.slots.begin() + tiles.first_tile[slot], tiles.slots.begin() + tiles.first_tile[slot + 1],
+    std::fill(tiles.places.begin() + tiles.first_tile[slot], tiles.places.begin() + tiles.first_tile[slot + 1],
               TilePlace::none);
   }
 }
@@ -177,7 +177,7 @@ void HeldOutLoss::keep_tiles(double share, Snapshot& store) const {
       const SharedShownCells parts = atlas_.shown(slot);
       std::copy_if(parts->begin(), parts->end(), std::back_inserter(*resident),
                    [&, first = tiles.first_tile[slot]](const ShownCell& part) {
-                     return tiles.slots[first + part.tile] != TilePlace::none;
+                     return tiles.places[first + part.tile] != TilePlace::none;
                    });
     }
     shown.push_back(std::move(resident));
@@ -186,12 +186,12 @@ void HeldOutLoss::keep_tiles(double share, Snapshot& store) const {
   const auto kept = static_cast<std::size_t>(std::min(share * of_whole, (1 + share) / 2 * of_fold));
   TileChoice choice =
       choose_tiles({*store.surface, store.views, shown, store.references, std::max<std::size_t>(kept, 1), {}});
-  std::vector<TilePlace> slots(tiles.slots.size(), TilePlace::none);
+  std::vector<TilePlace> slots(tiles.places.size(), TilePlace::none);
   for (const ViewTile& tile : choice.tiles) {
     const std::size_t place = tiles.first_tile[tile.view] + tile.tile;
-    slots[place] = tiles.slots[place];
+    slots[place] = tiles.places[place];
   }
-  tiles.slots = std::move(slots);
+  tiles.places = std::move(slots);
   store.references = std::move(choice.references);
   leave_out_views_without_tiles(store);
 }

@@ -140,7 +140,7 @@ bool look_alike(const Snapshot& a, const Snapshot& b) {
   const bool same_parts = a.surface == b.surface && a.views == b.views && a.gains == b.gains;
   return same_parts && a.references.offsets == b.references.offsets && a.references.views == b.references.views &&
          a.cell_seen == b.cell_seen && a.cell_deviation == b.cell_deviation && a.vertex_colors == b.vertex_colors &&
-         a.tiles.first_tile == b.tiles.first_tile && a.tiles.slots == b.tiles.slots;
+         a.tiles.first_tile == b.tiles.first_tile && a.tiles.places == b.tiles.places;
 }
 
 std::shared_ptr<void> show_while_it_changes(LiveSite& site, SnapshotSource source,

@@ -149,7 +149,7 @@ class SmallerTiles {
 
   // Takes the next view slot. Null: it is free.
   void take(const StoredView* view, StoredView* smaller) {
-    after_.first_tile.push_back(static_cast<std::uint32_t>(after_.slots.size()));
+    after_.first_tile.push_back(static_cast<std::uint32_t>(after_.places.size()));
     const auto slot = static_cast<std::uint32_t>(after_.first_tile.size()) - 1;
     if (!view) return;
     const std::uint32_t tile_px = before_.options.tile_px;
@@ -163,7 +163,7 @@ class SmallerTiles {
       const auto y = static_cast<std::uint32_t>(pixel / smaller->camera.width);
       const std::size_t column = nearest(x, factor_, view->camera.width) / tile_px;
       const std::size_t row = nearest(y, factor_, view->camera.height) / tile_px;
-      const bool was_there = before_.slots[before_.first_tile[slot] + row * old.columns + column] != TilePlace::none;
+      const bool was_there = before_.places[before_.first_tile[slot] + row * old.columns + column] != TilePlace::none;
       if (was_there) {
         there[std::size_t{y / tile_px} * grid.columns + x / tile_px] = 1;
       } else {
@@ -171,11 +171,11 @@ class SmallerTiles {
       }
     }
     smaller->mask = std::move(mask);
-    for (const std::uint8_t is_there : there) after_.slots.push_back(is_there ? TilePlace{next_++} : TilePlace::none);
+    for (const std::uint8_t is_there : there) after_.places.push_back(is_there ? TilePlace{next_++} : TilePlace::none);
   }
 
   TileTable table() {
-    after_.first_tile.push_back(static_cast<std::uint32_t>(after_.slots.size()));
+    after_.first_tile.push_back(static_cast<std::uint32_t>(after_.places.size()));
     return std::move(after_);
   }
 

@@ -162,7 +162,7 @@ TEST_CASE("a model keeps how well its cells are covered and how far they are off
 // 1 for each tile that is there.
 std::vector<bool> resident(const TileTable& tiles) {
   std::vector<bool> there;
-  for (const TilePlace slot : tiles.slots) there.push_back(slot != TilePlace::none);
+  for (const TilePlace slot : tiles.places) there.push_back(slot != TilePlace::none);
   return there;
 }
 
@@ -213,7 +213,7 @@ TEST_CASE("a model lists many views in a file of their own, and reads back as wi
   CHECK(apart.at("images").at(apart.at("start").at("image").get<std::size_t>()) == apart.at("images").at(0));
   CHECK(apart.at("start").at("name") == listed.at("views").at(listed.at("firstView").get<std::size_t>()).at("name"));
   check_same(read_model(few.path()).snapshot, read_model(many.path()).snapshot);
-  CHECK(read_model(few.path()).snapshot.tiles.slots == read_model(many.path()).snapshot.tiles.slots);
+  CHECK(read_model(few.path()).snapshot.tiles.places == read_model(many.path()).snapshot.tiles.places);
 
   const ModelFacts facts = read_model_facts(many.path()), of_few = read_model_facts(few.path());
   CHECK(facts.uris.size() == of_few.uris.size() + 1);
@@ -711,7 +711,7 @@ TEST_CASE("a full disk leaves the model that was there, and nothing else") {
 Snapshot with_idle_view() {
   Snapshot snapshot = small_snapshot({}, {8, 2, 0});
   for (std::uint32_t tile = 0; tile < snapshot.tiles.first_tile[1]; ++tile)
-    snapshot.tiles.slots[tile] = TilePlace::none;
+    snapshot.tiles.places[tile] = TilePlace::none;
   return snapshot;
 }
 

@@ -142,9 +142,9 @@ TEST_CASE("resident pixels are those of resident tiles and their gutters") {
   TileTable table;
   table.options = kSmallTiles;  // 3 x 3 tiles of 8
   table.first_tile = {0, 9};
-  table.slots.assign(9, TilePlace::none);
-  table.slots[4] = 3;  // x 8..16, y 8..16
-  table.slots[8] = 0;  // x 16..20, y 16..17
+  table.places.assign(9, TilePlace::none);
+  table.places[4] = 3;  // x 8..16, y 8..16
+  table.places[8] = 0;  // x 16..20, y 16..17
   CHECK(table.resident_tiles() == 2);
   CHECK(table.places_needed() == 4);
   const std::vector<std::uint8_t> mask = table.resident_pixels(0, camera);
@@ -184,7 +184,7 @@ TEST_CASE("tiles that stay keep their slots, others give theirs back, and none i
     std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t> now;
     std::set<std::uint32_t> used;
     for (const auto& tile : wanted) {
-      const std::uint32_t slot = table.slots[table.first_tile[tile.first] + tile.second];
+      const std::uint32_t slot = table.places[table.first_tile[tile.first] + tile.second];
       REQUIRE(slot < kMost);
       REQUIRE(used.insert(slot).second);
       if (before.count(tile) != 0) REQUIRE(before[tile] == slot);

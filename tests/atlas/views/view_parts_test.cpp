@@ -72,7 +72,7 @@ TEST_CASE("new poses leave photographs and masks, which snapshots share") {
   }
   CHECK(after.gains == before.gains);
   CHECK(after.references.views == before.references.views);
-  CHECK(after.tiles.slots == before.tiles.slots);
+  CHECK(after.tiles.places == before.tiles.places);
 }
 
 TEST_CASE("one pose that is refused leaves all views where they are") {

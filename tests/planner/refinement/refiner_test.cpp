@@ -564,7 +564,7 @@ TEST_CASE("what a view sees is asked once for its place and its masks, and masks
     CHECK(told.view(slot)->mask->validity == asked.view(slot)->mask->validity);
     any_masked = any_masked || !told.view(slot)->mask->trust.empty();
     const auto a = told.snapshot(), b = asked.snapshot();
-    CHECK(a.tiles.slots == b.tiles.slots);
+    CHECK(a.tiles.places == b.tiles.places);
   }
   CHECK(any_masked);
   CHECK_THROWS_WITH(with.add(0, told.view(0)->camera, Refinement{}, std::vector<FaceId>(3, 0)),

@@ -75,7 +75,7 @@ TEST_CASE("texels are compressed if the bound on the measured loss allows it, an
     CHECK(result.parsimony->loss_db <= bound);
     CHECK(result.scale == 1);
     CHECK((result.texel_loss_db != 0) == compressed);
-    CHECK((result.snapshot.tiles.slots == plain.snapshot.tiles.slots) == !compressed);
+    CHECK((result.snapshot.tiles.places == plain.snapshot.tiles.places) == !compressed);
     const nlohmann::json told = summary(result, result.options);
     CHECK(told["texels"]["format"] == (compressed ? "bc7" : "rgb8"));
     CHECK(told["parsimony"]["gpu_bytes"]["stored"] == result.gpu_bytes.sum());

@@ -148,7 +148,7 @@ Snapshot with_tiles(const Store& store, ViewSlot absent, double share) {
   Snapshot snapshot = store.atlas.snapshot();
   TileTable& tiles = snapshot.tiles;
   const double wanted = share * tiles.resident_tiles();
-  const auto begin = tiles.slots.begin();
+  const auto begin = tiles.places.begin();
   std::fill(begin + tiles.first_tile[absent], begin + tiles.first_tile[absent + 1], TilePlace::none);
   leave_out_views_without_tiles(snapshot);
   std::vector<ViewSlot> others;
@@ -161,12 +161,12 @@ Snapshot with_tiles(const Store& store, ViewSlot absent, double share) {
   if (share == 1) return snapshot;
   const auto kept = static_cast<std::size_t>(std::min(wanted, (1 + share) / 2 * tiles.resident_tiles()));
   const TileChoice choice = choose_tiles({*snapshot.surface, snapshot.views, shown, snapshot.references, kept, {}});
-  std::vector<TilePlace> slots(tiles.slots.size(), TilePlace::none);
+  std::vector<TilePlace> slots(tiles.places.size(), TilePlace::none);
   for (const ViewTile& tile : choice.tiles) {
     const std::size_t place = tiles.first_tile[tile.view] + tile.tile;
-    slots[place] = tiles.slots[place];
+    slots[place] = tiles.places[place];
   }
-  tiles.slots = slots;
+  tiles.places = slots;
   snapshot.references = choice.references;
   leave_out_views_without_tiles(snapshot);
   return snapshot;

@@ -25,7 +25,7 @@ Snapshot part_with(const std::string& name, std::uint8_t color, float depth, con
   part.tiles.options = {kTile, kGutter, 0, TexelFormat::rgb8};
   part.tiles.first_tile = {0, 4};
   std::uint32_t next = 0;
-  for (const int there : resident) part.tiles.slots.push_back(there != 0 ? TilePlace(next++) : TilePlace::none);
+  for (const int there : resident) part.tiles.places.push_back(there != 0 ? TilePlace(next++) : TilePlace::none);
   return part;
 }
 
@@ -49,9 +49,9 @@ TEST_CASE("A photograph in several parts becomes one view with the tiles of all"
   CHECK(views.slots_of(other) == std::vector<ViewSlot>{ViewSlot(0)});
   CHECK(joined.tiles.first_tile == std::vector<std::uint32_t>{0, 4, 8});
   CHECK(joined.tiles.resident_tiles() == 3);
-  CHECK(joined.tiles.slots[1] == TilePlace(0));
-  CHECK(joined.tiles.slots[4] == TilePlace(1));
-  CHECK(joined.tiles.slots[7] == TilePlace(2));
+  CHECK(joined.tiles.places[1] == TilePlace(0));
+  CHECK(joined.tiles.places[4] == TilePlace(1));
+  CHECK(joined.tiles.places[7] == TilePlace(2));
   const StoredView& view = *joined.views[1];
   CHECK(view.photograph->color(pixel_at(3, 3))[0] == 50);
   CHECK(view.photograph->color(pixel_at(12, 12))[0] == 50);

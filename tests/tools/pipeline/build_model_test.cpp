@@ -146,7 +146,7 @@ TEST_CASE("snapshots that are taken while a model is built do not change it") {
   CHECK(watched == nullptr);
   const auto resident = [](const Snapshot& snapshot) {
     std::vector<bool> tiles;
-    for (const TilePlace slot : snapshot.tiles.slots) tiles.push_back(slot != TilePlace::none);
+    for (const TilePlace slot : snapshot.tiles.places) tiles.push_back(slot != TilePlace::none);
     return tiles;
   };
   CHECK(stored(result) == stored(alone));
@@ -417,8 +417,8 @@ TEST_CASE("by every choice, the stored views use up their budget and never excee
 
 bool has_resident_tile_in_every_view(const Snapshot& snapshot) {
   for (std::size_t view = 0; view < snapshot.views.size(); ++view) {
-    const auto begin = snapshot.tiles.slots.begin() + snapshot.tiles.first_tile[view];
-    const auto end = snapshot.tiles.slots.begin() + snapshot.tiles.first_tile[view + 1];
+    const auto begin = snapshot.tiles.places.begin() + snapshot.tiles.first_tile[view];
+    const auto end = snapshot.tiles.places.begin() + snapshot.tiles.first_tile[view + 1];
     const bool any = std::any_of(begin, end, [](TilePlace slot) { return slot != TilePlace::none; });
     if (any != (snapshot.views[view] != nullptr)) return false;
   }
@@ -541,8 +541,8 @@ TEST_CASE("compressed texels buy more tiles for the same budget, the same ones f
   CHECK(inspect_model(folder / "model.glb")["gpu"] == summary(packed, options)["gpu"]);
   const tbb::global_control single(tbb::global_control::max_allowed_parallelism, 1);
   (void)save_model(build_model(small_scene(), options), folder / "single.glb");
-  CHECK(read_model(folder / "single.glb").snapshot.tiles.slots ==
-        read_model(folder / "model.glb").snapshot.tiles.slots);
+  CHECK(read_model(folder / "single.glb").snapshot.tiles.places ==
+        read_model(folder / "model.glb").snapshot.tiles.places);
 }
 
 TEST_CASE("a view that is larger than the budget is named with its bytes before anything is planned") {

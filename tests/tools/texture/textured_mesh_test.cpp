@@ -255,7 +255,7 @@ TEST_CASE("tiles that are not in the model are not shown") {
   tiles.tile_px = 32;
   Snapshot snapshot = room_snapshot(6, {}, tiles);
   const Baked whole = bake(TexturedMesh(snapshot, {}));
-  std::fill(snapshot.tiles.slots.begin(), snapshot.tiles.slots.end(), TilePlace::none);
+  std::fill(snapshot.tiles.places.begin(), snapshot.tiles.places.end(), TilePlace::none);
   leave_out_views_without_tiles(snapshot);
   const Baked none = bake(TexturedMesh(snapshot, {}));
   CHECK(whole.facts.unseen_texels < whole.facts.texels);

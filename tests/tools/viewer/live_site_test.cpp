@@ -155,8 +155,8 @@ TEST_CASE("what did not change keeps its name, and what no version needs any mor
 TEST_CASE("of views that there was no time for, a page is told no tiles") {
   const Snapshot all = room(3);
   Snapshot some = all;
-  const std::size_t first = some.tiles.first_tile[1], last = some.tiles.first_tile[2], end = some.tiles.slots.size();
-  for (std::size_t tile = first; tile < end; ++tile) some.tiles.slots[tile] = TilePlace::none;
+  const std::size_t first = some.tiles.first_tile[1], last = some.tiles.first_tile[2], end = some.tiles.places.size();
+  for (std::size_t tile = first; tile < end; ++tile) some.tiles.places[tile] = TilePlace::none;
   leave_out_views_without_tiles(some);
   REQUIRE_FALSE(some.views[1]);
   REQUIRE_FALSE(some.views[2]);
@@ -182,7 +182,7 @@ TEST_CASE("of views that there was no time for, a page is told no tiles") {
   CHECK(tiles() == last);
   CHECK_FALSE(more.complete);
   CHECK(views(form.write(all, enough, put))[2].is_object());
-  CHECK(tiles() == all.tiles.slots.size());
+  CHECK(tiles() == all.tiles.places.size());
 }
 
 TEST_CASE("shaders are in a file of their own, which no version changes") {

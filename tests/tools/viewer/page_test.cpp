@@ -46,8 +46,8 @@ void add_versions(std::vector<SiteFile>& files) {
   for (const SiteFile& file : page_files("live")) files.push_back(in_folder("live", file));
   Snapshot first = site_model();  // whose last views have not come yet
   const std::uint32_t first_missing = first.tiles.first_tile[kSiteViews - 4];
-  for (std::size_t tile = first_missing; tile < first.tiles.slots.size(); ++tile)
-    first.tiles.slots[tile] = TilePlace::none;
+  for (std::size_t tile = first_missing; tile < first.tiles.places.size(); ++tile)
+    first.tiles.places[tile] = TilePlace::none;
   leave_out_views_without_tiles(first);
   const std::chrono::seconds enough = std::chrono::hours(1);
   const std::string type = "application/json";

@@ -64,14 +64,14 @@ void take_views(const Snapshot& whole, const std::vector<std::uint32_t>& slots, 
     part.views.push_back(whole.views[slot]);
     part.gains.push_back(whole.gains[slot]);
     if (whole.tiles.whole_views()) continue;
-    part.tiles.first_tile.push_back(static_cast<std::uint32_t>(part.tiles.slots.size()));
+    part.tiles.first_tile.push_back(static_cast<std::uint32_t>(part.tiles.places.size()));
     for (std::uint32_t tile = whole.tiles.first_tile[slot]; tile < whole.tiles.first_tile[slot + 1]; ++tile) {
-      const bool there = whole.tiles.slots[tile] != TilePlace::none;
-      part.tiles.slots.push_back(there ? TilePlace(next++) : TilePlace::none);
+      const bool there = whole.tiles.places[tile] != TilePlace::none;
+      part.tiles.places.push_back(there ? TilePlace(next++) : TilePlace::none);
     }
   }
   if (!whole.tiles.whole_views()) {
-    part.tiles.first_tile.push_back(static_cast<std::uint32_t>(part.tiles.slots.size()));
+    part.tiles.first_tile.push_back(static_cast<std::uint32_t>(part.tiles.places.size()));
   }
 }
 

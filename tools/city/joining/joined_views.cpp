@@ -99,7 +99,7 @@ void JoinedViews::add(const Snapshot& part) {
     std::vector<std::uint8_t> resident;
     if (!part.tiles.whole_views()) {
       for (std::uint32_t tile = part.tiles.first_tile[slot]; tile < part.tiles.first_tile[slot + 1]; ++tile) {
-        resident.push_back(part.tiles.slots[tile] == TilePlace::none ? 0 : 1);
+        resident.push_back(part.tiles.places[tile] == TilePlace::none ? 0 : 1);
       }
     }
     View& joined = views_[view->name];
@@ -175,13 +175,13 @@ void JoinedViews::fill(Snapshot& snapshot) {
     if (layout_.whole_views()) continue;
     std::vector<std::uint8_t> tiles(parts.front().resident.size(), 0);
     for (const Part& part : parts) tiles = either(std::move(tiles), part.resident);
-    snapshot.tiles.first_tile.push_back(static_cast<std::uint32_t>(snapshot.tiles.slots.size()));
+    snapshot.tiles.first_tile.push_back(static_cast<std::uint32_t>(snapshot.tiles.places.size()));
     for (const std::uint8_t there : tiles) {
-      snapshot.tiles.slots.push_back(there != 0 ? TilePlace(next++) : TilePlace::none);
+      snapshot.tiles.places.push_back(there != 0 ? TilePlace(next++) : TilePlace::none);
     }
   }
   if (!layout_.whole_views()) {
-    snapshot.tiles.first_tile.push_back(static_cast<std::uint32_t>(snapshot.tiles.slots.size()));
+    snapshot.tiles.first_tile.push_back(static_cast<std::uint32_t>(snapshot.tiles.places.size()));
   }
 }
 

@@ -206,16 +206,16 @@ Snapshot keeping(const Snapshot& model, const std::vector<bool>& kept) {
     }
     rest.references.offsets.push_back(static_cast<std::uint32_t>(rest.references.views.size()));
   }
-  if (!rest.tiles.whole_views()) rest.tiles.slots.clear();
+  if (!rest.tiles.whole_views()) rest.tiles.places.clear();
   for (ViewSlot slot{0}; slot < model.views.size(); ++slot) {
     if (!kept[slot]) rest.views[slot].reset();
     if (rest.tiles.whole_views()) continue;
-    const auto tiles = model.tiles.slots.begin();
+    const auto tiles = model.tiles.places.begin();
     if (kept[slot]) {
-      rest.tiles.slots.insert(rest.tiles.slots.end(), tiles + model.tiles.first_tile[slot],
-                              tiles + model.tiles.first_tile[slot + 1]);
+      rest.tiles.places.insert(rest.tiles.places.end(), tiles + model.tiles.first_tile[slot],
+                               tiles + model.tiles.first_tile[slot + 1]);
     }
-    rest.tiles.first_tile[slot + 1] = static_cast<std::uint32_t>(rest.tiles.slots.size());
+    rest.tiles.first_tile[slot + 1] = static_cast<std::uint32_t>(rest.tiles.places.size());
   }
   FallbackColors::Colors colors = model.vertex_colors.get();
   colors.front() = glm::u8vec3(std::hash<std::vector<bool>>{}(kept) % 256);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// How long the renderer takes for a picture, from places between those of the photographs.
+// Measures how long the renderer takes for a picture, from places between those of the photographs.
 #pragma once
 
 #include <cstddef>

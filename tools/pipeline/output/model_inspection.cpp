@@ -34,7 +34,7 @@ json tiles_json(const TileTable& tiles) {
   return {{"size", tiles.options.tile_px},
           {"gutter", tiles.options.gutter_px},
           {"resident", tiles.resident_tiles()},
-          {"of", tiles.slots.size()}};
+          {"of", tiles.places.size()}};
 }
 
 std::uint64_t texels_of(const ModelFacts& facts) {

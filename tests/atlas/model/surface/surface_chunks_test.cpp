@@ -96,7 +96,7 @@ void check_same_to_the_bit(const Snapshot& a, const Snapshot& b) {
   CHECK(a.cell_coverage == b.cell_coverage);
   CHECK(a.cell_deviation == b.cell_deviation);
   CHECK(a.vertex_colors == b.vertex_colors);
-  CHECK(a.tiles.slots == b.tiles.slots);
+  CHECK(a.tiles.places == b.tiles.places);
   REQUIRE(a.views.size() == b.views.size());
   for (std::size_t view = 0; view < a.views.size(); ++view) {
     CHECK(a.views[view]->photograph->whole().rgb == b.views[view]->photograph->whole().rgb);
