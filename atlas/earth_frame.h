@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Where a scene's coordinates lie on the Earth, by the ellipsoid of WGS 84. Geocentric coordinates are metres from the
-// Earth's centre, x to latitude and longitude 0, z to the north pole (EPSG:4978).
+// The place of a scene's coordinates on the Earth, by the ellipsoid of WGS 84. Geocentric coordinates are metres from
+// the Earth's centre, x to latitude and longitude 0, z to the north pole (EPSG:4978).
 #pragma once
 
 #include <glm/mat4x4.hpp>

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// How neighbouring cells share the surface along their borders, as it is drawn: see blend/tables/fade_zone_shares.h.
+// The shares of neighbouring cells in the surface along their borders, as it is drawn: see
+// blend/tables/fade_zone_shares.h.
 #pragma once
 
 #include <array>

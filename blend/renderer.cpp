@@ -136,7 +136,7 @@ struct Renderer::State {
   void take_tables(const Snapshot& snapshot);
   void load_references();
   void rank(const Camera& camera, const BlendOptions& options);
-  // How many levels, finest first, are sampled cubically.
+  // The number of levels, finest first, that are sampled cubically.
   [[nodiscard]] std::uint32_t sampled_cubic(const BlendOptions& options) const;
   void renew_colors();
   void load_zones(double width);

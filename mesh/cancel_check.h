@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// How a caller stops long work: by throwing from a function that the work calls now and then.
+// Lets a caller stop long work: it throws from a function that the work calls now and then.
 //
 //   make_cells(mesh, options, [&] { if (stop_requested) throw Stopped(); });
 #pragma once

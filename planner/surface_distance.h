@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// How far the cameras of a scene stand from its surface.
+// Measures the distance of a scene's cameras from its surface.
 #pragma once
 
 #include <span>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// How much memory the photographs and masks of stored views take in this process, and the scratch files that take the
+// The memory that photographs and masks of stored views take in this process, and the scratch files that take the
 // rest.
 #pragma once
 

@@ -68,7 +68,7 @@ void add_moved_scene(nlohmann::json& document, const glm::dmat3& file_from_scene
 // Lists the extension with these properties in a document.
 void set_lumigraph(nlohmann::json& document, nlohmann::json properties);
 
-// Where a surface lies.
+// The boxes around a surface.
 struct TileVolume {
   Bounds in_scene;  // in the model's frame
   Bounds in_tile;   // as 3D Tiles have it, z upwards

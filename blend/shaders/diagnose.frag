@@ -13,7 +13,7 @@ uniform usampler2D surfaces;
 #include "photographs.glsl"
 
 layout(location = 0) out vec4 picture;  // alpha: PixelState / 255
-// How many views are valid, the best one's slot, and the shares of the three best in 16 bits each.
+// The number of valid views, the best one's slot, and the shares of the three best in 16 bits each.
 layout(location = 1) out uvec4 diagnosis;
 
 const int kRanks = BLENDED_VIEWS + 1;

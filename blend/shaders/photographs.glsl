@@ -65,7 +65,7 @@ float level_of(float footprint) {
   return clamp(log2(max(footprint / SHARP_FOOTPRINT, 1.0)), 0.0, float(sampling.y - 1));
 }
 
-// How many pixels of a stored view with that focal length a sample of the picture covers, of a point with these depths
+// The pixels of a stored view with that focal length that a sample of the picture covers, of a point with these depths
 // here and there.
 float footprint_of(float focal_length, float z, float depth) {
   return z * focal_length / (SAMPLES_ACROSS * intrinsics.x * depth);
@@ -126,9 +126,9 @@ vec4 linear_shares(float f) {
   return vec4(0.0, 1.0 - f, f, 0.0);
 }
 
-// Which of four rows and columns are fetched. Where the picture is sampled linearly at all levels, which the variant
-// LINEAR_SAMPLING is for, the outer ones count nothing. (Pairs of them by GL's own filter would be fewer fetches, but
-// drivers weigh them in steps of 1/256, and llvmpipe takes one level for 2 x 2 pixels of the picture.)
+// The rows and columns, of four, that are fetched. Where the picture is sampled linearly at all levels, which the
+// variant LINEAR_SAMPLING is for, the outer ones count nothing. (Pairs of them by GL's own filter would be fewer
+// fetches, but drivers weigh them in steps of 1/256, and llvmpipe takes one level for 2 x 2 pixels of the picture.)
 #ifdef LINEAR_SAMPLING
 const int kFirstOfFour = 1, kLastOfFour = 2;
 #else

@@ -1,5 +1,5 @@
 #version 450 core
-// Which face is visible at each pixel, and how deep it lies. The image's first row is its top.
+// Draws the visible face of each pixel, and its depth. The image's first row is its top.
 
 layout(location = 0) in vec3 position;     // world
 layout(location = 1) in uint first_index;  // the run of faces that is drawn, three indices a face

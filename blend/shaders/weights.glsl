@@ -1,5 +1,5 @@
-// How a stored view weighs at a point of the surface, and what that counts. Erat et al. 2019, section 3.1, and Buehler
-// et al. 2001; see blend_options.h.
+// The weight of a stored view at a point of the surface, and its share in the colour. Erat et al. 2019, section 3.1,
+// and Buehler et al. 2001; see blend_options.h.
 
 // `o` is the distance of the picture's camera.
 float geometric_weight(vec3 to_novel, float o, vec3 to_stored) {

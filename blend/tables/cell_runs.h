@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Which part of a mesh a camera can see at all, by the bounding spheres of its cells.
+// The part of a mesh that a camera can see at all, by the bounding spheres of its cells.
 #pragma once
 
 #include <cstdint>

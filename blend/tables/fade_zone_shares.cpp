@@ -146,7 +146,7 @@ struct Reached {
 // Number of cells that may share a vertex on average, with each of its neighbours counted, before all but the nearest
 // are left out. Cells of even size share a vertex with about ten others where the fade is as wide as a cell.
 constexpr std::uint64_t kMostCellsPerVertex = 64;
-// How many of the cells that are nearest to a vertex share it then. It is more than a zone holds.
+// The number of cells nearest to a vertex that share it then. It is more than a zone holds.
 constexpr std::size_t kNearestCells = 2 * kCellsPerZone;
 
 // Returns for each cell the vertices that have a share of it. None if a vertex has more than kMostCellsPerVertex cells

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// How neighbouring cells share the surface along their borders, so that where they refer to different views the picture
-// of one fades into that of the other instead of ending at a line. Absent from the paper, where each pixel shows its
-// own cell's picture.
+// The shares of neighbouring cells in the surface along their borders, so that where they refer to different views the
+// picture of one fades into that of the other instead of ending at a line. Absent from the paper, where each pixel
+// shows its own cell's picture.
 //
 //   s_k(v) = max(0, 1 - d_k(v) / W) / sum of the same over all cells     share of cell k at vertex v
 //

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// How a program returns freed memory to the system.
+// Chooses when a program returns freed memory to the system.
 #pragma once
 
 #include <malloc.h>

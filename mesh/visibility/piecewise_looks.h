@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What cameras see of a mesh that is too large for memory and comes in pieces.
+// Finds what cameras see of a mesh that is too large for memory and comes in pieces.
 #pragma once
 
 #include <cstddef>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Where a camera may show what lies in a box.
+// Finds the part of a camera's image that may show what lies in a box.
 #pragma once
 
 #include <cstdint>

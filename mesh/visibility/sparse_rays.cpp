@@ -18,7 +18,7 @@ namespace lumatlas {
 
 namespace {
 
-// How much the reciprocal of depth, which is linear in the image of a plane, may bend between traced pixels, as a share
+// The most that the reciprocal of depth, linear in the image of a plane, may bend between traced pixels, as a share
 // of itself.
 constexpr float kMostBend = 1e-3f;
 

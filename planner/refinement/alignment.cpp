@@ -63,7 +63,7 @@ std::optional<ImagePoint> image_point(const Camera& camera, const Pyramid& photo
   return ImagePoint{cam, image};
 }
 
-// How much a difference from the targets' colours counts at a level, by channel: the same for every pose and exposure.
+// The weight of a difference from the targets' colours at a level, by channel: the same for every pose and exposure.
 std::vector<glm::dvec3> slopes_at(const std::vector<glm::vec3>& colors) {
   std::vector<glm::dvec3> slopes(colors.size());
   tbb::parallel_for(tbb::blocked_range<std::size_t>(0, colors.size(), kPointsPerTask),

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// How far the surface is from what the photographs show: the trust that each part of it deserves.
+// Measures the distance of the surface from what photographs show: the trust that each part of it deserves.
 //
 // The planner compares points of the surface in two views whose directions are a few degrees apart. It moves the patch
 // around a point along the first view's ray until the second view shows the same image; the distance moved is the error

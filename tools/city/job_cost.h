@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What a job of a city took, which it writes into the plan's folder.
+// The cost of a job of a city, which it writes into the plan's folder.
 #pragma once
 
 #include <cstdint>

@@ -37,8 +37,8 @@ enum class RefineMode {
   joint,     // and afterwards all stored views together, until they rest; see refine_jointly()
 };
 
-// Who chooses the views that are stored. All but the first are there to compare it with: they choose before anything is
-// stored.
+// The method that chooses the views that are stored. All but the first are there to compare it with: they choose before
+// anything is stored.
 enum class ViewChoice {
   online,   // the planner, view by view
   offline,  // the offline planner, which looks through all cameras first: see planner/offline_planner.h
@@ -111,7 +111,7 @@ struct BuildOptions {
   // averaged colours of vertices.
   std::optional<std::uint32_t> texture_px = 2048;
   std::optional<HoldOut> hold_out;  // none: every view is offered
-  // How to watch a scene whose folder fills up; empty: the scene is complete. Watching needs ViewChoice::online,
+  // The watch on a scene whose folder fills up; empty: the scene is complete. Watching needs ViewChoice::online,
   // StreamOrder::given (photographs are offered as they arrive, those that arrive together by name), no hold_out, which
   // needs all names, and a bound: max_views, planner.max_bytes or bytes of the GPU.
   std::optional<WatchOptions> watch;

@@ -16,7 +16,7 @@
 
 namespace lumatlas {
 
-// What a model shows from one pose, and what is seen of its surface, at the same size.
+// The picture of a model from one pose, and the visible part of its surface, at the same size.
 struct Seen {
   Photograph picture;
   VisibilityBuffer visible;

@@ -33,7 +33,7 @@ constexpr std::chrono::seconds kTimeForRequest{15};
 // Within this time a client must take some of its answer.
 constexpr std::chrono::seconds kTimeForPiece{30};
 constexpr std::uint64_t kPieceBytes = 262144;
-// How long, and for how many bytes, what a refused client still sends is thrown away, for a connection that is closed
+// The time and the bytes for which what a refused client still sends is thrown away, for a connection that is closed
 // on unread bytes is reset and takes the refusal with it.
 constexpr std::chrono::seconds kTimeToDrain{2};
 constexpr std::size_t kMostDrained = 1 << 20;

@@ -214,7 +214,7 @@ SurfacePiece JoinedCity::next_piece() {
 
 // Returns the block's own chunks, then those near enough for their cells to fade into its own.
 std::vector<std::size_t> JoinedCity::chunks_around(std::size_t block) const {
-  // Which of a face's cells are left out, where they are too many, depends on cells twice as far away as they fade.
+  // Cells twice as far away as they fade decide which of a face's cells are left out where they are too many.
   const double reach = 2 * BlendOptions{}.border_width * plan_.cell_size;
   const auto own = std::span(plan_.blocks[block].chunks).first(plan_.blocks[block].own_chunks);
   std::vector<std::size_t> chunks(own.begin(), own.end());

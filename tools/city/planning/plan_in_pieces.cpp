@@ -35,9 +35,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// What repairing a piece and cutting it into cells takes, bytes for each face of the result.
+// Bytes that repairing a piece and cutting it into cells takes, for each face of the result.
 constexpr std::uint64_t kBytesOfMakingAFace = 1200;
-// What a face takes that rays are cast at, bytes.
+// Bytes of a face that rays are cast at.
 constexpr std::uint64_t kBytesOfASeenFace = 200;
 // Pictures of cameras take at most the plan's memory divided by this.
 constexpr std::uint64_t kPictureShare = 4;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// How long planning a view takes, as the planner reports it. Photographs are blank and nothing is refined, so only the
-// surface, the cameras and the planner's options matter.
+// Measures how long planning a view takes, as the planner reports it. Photographs are blank and nothing is refined, so
+// only the surface, the cameras and the planner's options matter.
 #pragma once
 
 #include <cstddef>

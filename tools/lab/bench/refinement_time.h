@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// How long refining a view takes, as the planner reports it, at any size of the photographs.
+// Measures how long refining a view takes, as the planner reports it, at any size of the photographs.
 #pragma once
 
 #include <cstddef>

@@ -72,8 +72,8 @@ std::vector<float> undistorted_depth(const GreyImage& image, const SceneDepth& d
   return result;
 }
 
-// How much the depth grows from a pixel to the next: by the neighbour that differs less, which is on the same surface
-// where the other one is beyond an edge. NaN where neither was measured.
+// Returns how much the depth grows from a pixel to the next: by the neighbour that differs less, which is on the same
+// surface where the other one is beyond an edge. NaN where neither was measured.
 double slope(float before, float here, float after) {
   const double nothing = std::numeric_limits<double>::quiet_NaN();
   const double down = before > 0 ? double{here} - before : nothing;

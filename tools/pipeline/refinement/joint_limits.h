@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// How much is looked at when poses or lenses of all stored views are solved for together, and what is said where that
-// would take too long.
+// Bounds what is looked at when poses or lenses of all stored views are solved for together, and what is said where
+// that would take too long.
 #pragma once
 
 #include <algorithm>

@@ -39,7 +39,7 @@ struct SmallPhotograph {
                                         std::span<const Camera> cameras, const Mesh& mesh,
                                         const Visibility& visibility);
 
-// What the pixels of a camera see of a scene, at kGlancePx.
+// The part of a scene that each pixel of a camera sees, at kGlancePx.
 struct FrameShare {
   double surface = 0;      // share of the pixels that see the mesh, [0, 1]
   double far = 0;          // share of those that see the far sphere past it, [0, 1]

@@ -17,7 +17,7 @@
 
 namespace lumatlas {
 
-// What lay_out() throws where the charts do not fit even as points.
+// Thrown by lay_out() where the charts do not fit even as points.
 class ChartsDoNotFit : public InputError {
  public:
   using InputError::InputError;

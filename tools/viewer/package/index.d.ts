@@ -6,9 +6,9 @@ export type Vector = number[];
 /** The camera that the element has. Directions have the length 1. */
 export interface ViewerCamera {
   position: Vector;
-  /** Where it looks. */
+  /** The direction in which it looks. */
   direction: Vector;
-  /** What is up in its picture. */
+  /** The upward direction in its picture. */
   up: Vector;
   /** The angle from the picture's top to its bottom, degrees. */
   fov: number;
@@ -50,7 +50,7 @@ export class LumatlasViewerElement extends HTMLElement {
   screenshot(): Promise<Blob>;
   /** Resolves with the share of the present picture that was photographed from near there, in [0, 1]. */
   coverage(): Promise<number>;
-  /** What is missing now, in sentences; empty: nothing. */
+  /** Sentences on what is missing now; empty: nothing. */
   readonly errors: string[];
   /** The names of the model's photographs. */
   readonly views: string[];

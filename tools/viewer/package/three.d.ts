@@ -26,13 +26,13 @@ export class LumatlasObject extends Object3D<LumatlasObjectEventMap> {
   readonly loaded: Promise<void>;
   /** Side of the model's picture as a share of that of three's, in (0, 1]; fewer pixels are drawn faster. */
   resolution: number;
-  /** Whether the far sphere, which shows sky and distant surroundings, is drawn. */
+  /** Draws the far sphere, which shows sky and distant surroundings, or not. */
   far: boolean;
-  /** What is missing now, or why it is not drawn, in sentences; empty: nothing. */
+  /** Sentences on what is missing now, or why it is not drawn; empty: nothing. */
   readonly errors: string[];
   /** The names of the model's photographs. */
   readonly views: string[];
-  /** What is up in the model, in the object's own coordinates: x, y, z. */
+  /** The upward direction of the model, in the object's own coordinates: x, y, z. */
   readonly modelUp: [number, number, number];
   /** Puts a camera where a photograph was taken, by name or number, so that its picture shows all of it; without one,
    *  where the model is seen first. The object's world matrix must be up to date. Throws a RangeError if there is no

@@ -119,7 +119,7 @@ export class LumatlasObject extends Object3D {
     return viewsOf(this._viewer.scene).map(({name}) => name);
   }
 
-  // What is up in the model, in the object's own coordinates: x, y, z.
+  // The upward direction of the model, in the object's own coordinates: x, y, z.
   get modelUp() {
     return [...this._viewer.navigation.up];
   }

@@ -64,7 +64,7 @@ function screenTriangle() {
   return geometry;
 }
 
-// How three keeps a texture that is not its own.
+// The form in which three keeps a texture that is not its own.
 /** @typedef {{__webglTexture: WebGLTexture, __webglInit: boolean}} TextureProperties */
 
 export class ThreeLayer {

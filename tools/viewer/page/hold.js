@@ -78,7 +78,7 @@ export class Hold {
     return length(subtract(a.position, b.position)) / this.depth + turned;
   }
 
-  // Which part of a step is taken, in [0, 1]: 1, except where the step leads away from home.
+  // Returns the part of a step that is taken, in [0, 1]: 1, except where the step leads away from home.
   /** @param {Pose} from @param {Pose} to */
   allowed(from, to) {
     const home = this.on && this.share !== null ? this.home() : null;

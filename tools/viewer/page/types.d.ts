@@ -40,7 +40,7 @@ export interface FilePart {
   length: number;
 }
 
-// What the page reads of glTF 2.0.
+// The part of glTF 2.0 that the page reads.
 export interface GltfView {
   buffer: number;
   byteOffset?: number;
@@ -127,7 +127,7 @@ export interface ModelProperties {
   viewFile?: {uri: string, byteLength: number};
 }
 
-// What a model's file of views lists.
+// The lists of a model's file of views.
 export interface ViewLists {
   images: {uri: string, byteLength: number}[];
   views: ViewProperties[];
@@ -144,7 +144,7 @@ export interface Tileset {
   extensions?: {LUMATLAS_lumigraph?: ModelProperties};
 }
 
-// What a mesh is read from.
+// The source of a mesh.
 export interface MeshSource {
   coarse: number | null;
   kept: boolean;
@@ -176,7 +176,7 @@ export interface StandIn {
   end: number;
 }
 
-// What was read of a chunk.
+// The content of a chunk.
 export interface Chunk {
   number: number;
   uri: string;
@@ -263,7 +263,7 @@ export interface FetchedView {
   mask: ImageBitmap | null;  // null: all of it is valid
 }
 
-// How the GPU holds texels of photographs; see photograph_forms.js.
+// A form in which the GPU holds texels of photographs; see photograph_forms.js.
 export interface TexelForm {
   name: string;
   internal: number;
@@ -305,7 +305,7 @@ export interface CellPlace {
 export type Mode = 'picture' | 'winner' | 'weights' | 'coverage' | 'geometry' | 'colours';
 export type Quality = 'auto' | 'sharp' | 'fast';
 
-// How the page deals with a bad network; see fetching.js.
+// Settings for a bad network; see fetching.js.
 export interface NetworkOptions {
   tries?: number;           // tries of each request, at least 1
   pauseMs?: number;         // before the second try; each later pause is twice as long

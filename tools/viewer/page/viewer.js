@@ -49,7 +49,7 @@ export const defaultMemory = () => matchMedia('(pointer: coarse)').matches ? PHO
 /** @param {number} ms */
 const sleep = (ms) => new Promise((resolve) => setTimeout(resolve, ms));
 
-// What tells one version of a model from another.
+// Returns a text that tells one version of a model from another.
 /** @param {Scene} scene */
 function contentOfScene(scene) {
   const {file, colors, tables} = scene.mesh;

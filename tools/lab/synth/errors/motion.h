@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// How a synthetic camera is moved: for poses that are written wrongly, and while the shutter is open.
+// Moves synthetic cameras: for poses that are written wrongly, and while the shutter is open.
 #pragma once
 
 #include <glm/vec3.hpp>

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// How the GPU holds photographs' texels: as they are, or in blocks of 4 x 4, for which there is a shader of that name.
-// Most screens' GPUs know BC7, most phones' ETC2; both have 16 bytes a block.
+// The forms in which the GPU holds photographs' texels: as they are, or in blocks of 4 x 4, for which there is a shader
+// of that name. Most screens' GPUs know BC7, most phones' ETC2; both have 16 bytes a block.
 /** @import {TexelForm} from '../types.d.ts' */
 
 const PLAIN = 'rgb8';

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// How many pixels pictures have: interactive frames as many as the GPU draws in time, still frames up to the screen's.
+// Chooses the sizes of pictures: interactive frames have as many pixels as the GPU draws in time, still frames up to
+// the screen's.
 import {MOST_PART_PX} from './renderer.js';
 /** @import {Quality, Size} from '../types.d.ts' */
 

@@ -386,8 +386,8 @@ export class Renderer {
     gl.disable(gl.BLEND);
   }
 
-  // How deep a stored view's camera sees, reversed as in the surface's pass, in a texture that is good until the next
-  // one.
+  // Draws the depths that a stored view's camera sees, reversed as in the surface's pass, in a texture that is good
+  // until the next one.
   /** @param {Camera} camera */
   drawViewDepths(camera) {
     const {gl} = this;
@@ -549,7 +549,7 @@ export class Renderer {
     gl.drawArrays(gl.TRIANGLES, 0, 3);
   }
 
-  // How deep the surface is at a pixel of a target, from its top left; 0: there is none.
+  // Returns the depth of the surface at a pixel of a target, from its top left; 0: there is none.
   /** @param {SurfaceTarget} target @param {number} x @param {number} y */
   depthAt(target, x, y) {
     return this.readSurface(target, Math.floor(x), Math.floor(y), 1, 1)[0].depth;

@@ -240,7 +240,7 @@ export class Residents {
     return nextToFetch(ranked, {held: cells, fresh, coming: new Set(), lost: new Set(), room: layout.count});
   }
 
-  // How many of the views that there is room for are there. `ended`: the others are not being fetched.
+  // Counts the views that are there, of those that there is room for. `ended`: the others are not being fetched.
   progress() {
     const total = Math.min(viewsOf(this.viewer.scene).length, this.photographs.layout.count);
     const done = Math.max(0, Math.min(this.current().size, total - this.coming.size));

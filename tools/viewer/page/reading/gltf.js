@@ -32,7 +32,7 @@ function jsonLength(bytes) {
   return words.getUint32(12, true);
 }
 
-// Where the binary chunk of a .glb begins.
+// The offset at which the binary chunk of a .glb begins.
 /** @param {number} jsonBytes */
 const binaryAt = (jsonBytes) => HEADER_BYTES + 2 * CHUNK_HEADER_BYTES + jsonBytes;
 
@@ -93,7 +93,7 @@ export class Gltf {
     return `${this.name}#${this.at + byteOffset}+${byteLength}`;
   }
 
-  // What identifies the content of an accessor's buffer.
+  // Returns a name of the content of an accessor's buffer.
   /** @param {number} number */
   bufferName(number) {
     const {bufferView} = this.accessor(number);

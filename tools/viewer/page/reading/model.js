@@ -204,7 +204,7 @@ function digest(text) {
   return sum;
 }
 
-// Where a surface comes from. Its file is read once for its mesh and its tables.
+// The source of a surface. Its file is read once for its mesh and its tables.
 class SurfaceSource {
   // `gltf`: the file, if it is open already. `coarse`: the number of a coarse mesh in it.
   /** @param {SiteFiles} files @param {string} uri @param {Gltf | null} gltf @param {number | null} coarse */

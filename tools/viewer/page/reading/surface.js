@@ -29,7 +29,7 @@ function srgbOfLinear() {
   return srgbTable;
 }
 
-// What a surface's file says of itself.
+// Returns what a surface's file says of itself.
 /** @param {Gltf} gltf @returns {SurfaceProperties} */
 export function propertiesOf(gltf) {
   const properties = gltf.json.extensions?.[LUMIGRAPH];
@@ -105,7 +105,7 @@ export function colorsOf(gltf, primitives) {
   return colors;
 }
 
-// Which vertex stands for each: its original for a copy that differs from it in nothing that is drawn.
+// Returns the vertex that stands for each: its original for a copy that differs from it in nothing that is drawn.
 /**
  * @param {Gltf} gltf
  * @param {SurfaceProperties | null} properties

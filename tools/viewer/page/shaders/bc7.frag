@@ -15,7 +15,7 @@ layout(location = 0) out uvec4 block;
 const int kPowerSteps = 6;  // steps to find the direction in which the texels vary most
 const int kNoAlpha = -1;    // that all texels have
 
-// How a ramp is stored.
+// The form in which a ramp is stored.
 struct RampFormat {
   vec4 channels;  // 1: it has that channel of colour and alpha
   int bits;       // an end's in one channel

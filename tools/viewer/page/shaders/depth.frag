@@ -50,7 +50,7 @@ ivec2 mask_at(ivec2 pixel) {
   return ivec2(value >> 1, value & 1);
 }
 
-// Which pixels have a neighbour that is valid, or are it.
+// Marks pixels that are valid, or have a neighbour that is.
 uvec2 may_be_asked(ivec2 first) {
   uvec2 asked = uvec2(0u);
   uint above = 0u, here = 0u;  // rows, with a pixel before and one behind

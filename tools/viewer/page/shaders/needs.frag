@@ -1,6 +1,6 @@
 #version 300 es
-// Which stored views some pixels of a picture would be made of if all were on the GPU, best first, two to a number.
-// Occlusion is ignored, because cells refer to views that see them.
+// Finds the stored views that some pixels of a picture would be made of if all were on the GPU, best first, two to a
+// number. Occlusion is ignored, because cells refer to views that see them.
 #include "../../../../blend/shaders/picture.glsl"
 #include "../../../../blend/shaders/surface_texel.glsl"
 #include "../../../../blend/shaders/tables.glsl"
