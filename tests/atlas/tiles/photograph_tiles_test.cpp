@@ -200,7 +200,7 @@ TEST_CASE("each rule of cutting views into tiles is checked by name") {
   CHECK_THROWS_MATCHES(TileGrid(8, 8, 0), std::invalid_argument,
                        Catch::Message("tiles: tile_px is 0, must be above 0 to cut an image"));
   CHECK_THROWS_MATCHES(places_within(1000, kWholeViews), std::invalid_argument,
-                       Catch::Message("tiles: tile_px is 0, must be above 0, for whole views have no slots"));
+                       Catch::Message("tiles: tile_px is 0, must be above 0, for whole views have no places"));
   CHECK_THROWS_MATCHES(pages_for(1, 0, 1), std::invalid_argument,
                        Catch::Message("tiles: most_pages is 0, must be at least 1"));
   CHECK_THROWS_MATCHES(pages_for(1, 1, 0), std::invalid_argument,
