@@ -183,6 +183,20 @@ std::vector<std::string> chunks_by_distance(const json& tileset) {
   return names;
 }
 
+// Gives the site in a folder the good site's surface as its coarse one, and returns the site's tileset.
+json with_coarse_surface(std::vector<SiteFile>& files, const std::string& folder) {
+  const json good = parsed(file_named(files, "good/tileset.json"));
+  SiteFile coarse = file_named(files, "good/" + good["root"]["content"]["uri"].get<std::string>());
+  coarse.name = folder + "/coarse.glb";
+  files.push_back(std::move(coarse));
+  SiteFile& manifest = file_named(files, folder + "/tileset.json");
+  json tileset = parsed(manifest);
+  tileset["root"]["content"] = good["root"]["content"];
+  tileset["root"]["content"]["uri"] = "coarse.glb";
+  store(manifest, tileset);
+  return tileset;
+}
+
 TEST_CASE("chunks come nearest first, show the picture of one chunk, and the coarse surface where one is missing") {
   std::vector<SiteFile> files = sites_and_test("network_test.html", {});
   const std::vector<SiteFile> in_chunks = site_in_chunks();
@@ -190,15 +204,7 @@ TEST_CASE("chunks come nearest first, show the picture of one chunk, and the coa
     files.push_back(in_folder("chunks", file));
     files.push_back(in_folder("hole", file));
   }
-  const json good = parsed(file_named(files, "good/tileset.json"));
-  SiteFile coarse = file_named(files, "good/" + good["root"]["content"]["uri"].get<std::string>());
-  coarse.name = "hole/coarse.glb";
-  files.push_back(coarse);
-  SiteFile& manifest = file_named(files, "hole/tileset.json");
-  json tileset = parsed(manifest);
-  tileset["root"]["content"] = good["root"]["content"];
-  tileset["root"]["content"]["uri"] = "coarse.glb";
-  store(manifest, tileset);
+  const json tileset = with_coarse_surface(files, "hole");
   const std::vector<std::string> expected = chunks_by_distance(tileset);
   REQUIRE(expected.size() >= kManyChunks);
   // The first chunk has the tables of tiles.
@@ -244,15 +250,7 @@ TEST_CASE("a page shows the coarse surface from the first view before it knows t
     files.push_back(in_folder("listed", file));
     if (file.name.starts_with("views-")) list = file.name;
   }
-  const json good = parsed(file_named(files, "good/tileset.json"));
-  SiteFile coarse = file_named(files, "good/" + good["root"]["content"]["uri"].get<std::string>());
-  coarse.name = "listed/coarse.glb";
-  files.push_back(coarse);
-  SiteFile& manifest = file_named(files, "listed/tileset.json");
-  json tileset = parsed(manifest);
-  tileset["root"]["content"] = good["root"]["content"];
-  tileset["root"]["content"]["uri"] = "coarse.glb";
-  store(manifest, tileset);
+  const json tileset = with_coarse_surface(files, "listed");
   REQUIRE_FALSE(list.empty());
   CHECK(file_named(files, "listed/" + list).bytes.size() ==
         tileset["extensions"]["LUMATLAS_lumigraph"]["viewFile"]["byteLength"]);
