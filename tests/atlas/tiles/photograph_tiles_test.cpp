@@ -105,7 +105,7 @@ std::vector<std::tuple<std::uint32_t, std::uint32_t, std::uint32_t>> shown_by_de
     for (int left = 0; left < width; left += size, ++tile) {
       for (int y = std::max(0, top - gutter); y < std::min(height, top + size + gutter); ++y) {
         for (int x = std::max(0, left - gutter); x < std::min(width, left + size + gutter); ++x) {
-          const auto pixel = static_cast<std::size_t>(y * width + x);
+          const auto pixel = static_cast<std::size_t>(y) * view.camera.width + static_cast<std::size_t>(x);
           if (view.mask->validity[pixel] == 0) continue;
           const bool inside = x >= left && x < left + size && y >= top && y < top + size;
           counts[{tile, cells.cell_of_face[face[pixel]]}] += inside ? 1 : 0;
