@@ -233,7 +233,7 @@ void put_views(json& properties, const PutFormFile& put) {
   const std::span bytes(reinterpret_cast<const std::uint8_t*>(text.data()), text.size());
   const std::string name = put({"views", ".json", "application/json", FormPart::views, bytes});
   properties.erase("views");
-  properties["images"] = {std::move(poster)};
+  properties["images"] = json::array({std::move(poster)});
   properties["poster"] = 0;
   properties["start"] = std::move(start);
   properties["viewFile"] = {{"uri", name}, {"byteLength", text.size()}};
