@@ -46,8 +46,8 @@ struct FormOptions {
   // Faces of a coarse surface, which readers show until they have the whole one, or the chunks that it stands for; 0:
   // none is written. A surface, or the chunks of a tile, that has at most twice as many faces needs none.
   std::size_t coarse_faces = 60'000;
-  // The tileset lists the views itself if they are at most so many. More are listed in a file of their own, so that the
-  // tileset of a city stays small, and a page shows the coarse surface before it knows all views.
+  // Largest number of views that the tileset lists itself. More are listed in a file of their own, so that the tileset
+  // of a city stays small, and a page shows the coarse surface before it knows all views.
   std::size_t listed_views = 200;
 };
 

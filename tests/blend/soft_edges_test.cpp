@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// How wide the picture is blurred across depth edges, and that nothing else changes.
+// The picture is blurred across depth edges as wide as stated, and nothing else changes.
 #include "blend/soft_edges.h"
 
 #include <algorithm>
@@ -96,7 +96,7 @@ std::vector<double> step_response(const Rendering& rendering) {
   return shares;
 }
 
-// Of a step at kEdge under a Gaussian.
+// Returns the value of a step at kEdge that a Gaussian has blurred.
 double smooth_step(int x, double blur) {
   return 0.5 + 0.5 * std::erf((x + 0.5 - kEdge) / (std::sqrt(2.0) * blur));
 }

@@ -26,6 +26,17 @@ export async function until(happened, what) {
   throw new Error(`${what} never happens`);
 }
 
+// Opens the site in the canvas "own", and tells the pictures of cameras.json that it draws.
+export async function sayPictures(Viewer) {
+  const viewer = new Viewer(
+      document.getElementById('own'), {base: location.origin + '/', memory: 200, texels: 'rgb8'});
+  await viewer.open();
+  await viewer.load();
+  const cameras = await (await fetch('/cameras.json')).json();
+  for (const [number, camera] of cameras.entries()) await say(`picture-${number}`, viewer.pixels(camera));
+  return {viewer, cameras};
+}
+
 // Opens the site's own page in a frame; the frame, once its script runs.
 export async function framed(address, width = 240, height = 180) {
   const frame = document.createElement('iframe');
