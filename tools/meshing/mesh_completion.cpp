@@ -73,8 +73,9 @@ glm::u8vec3 mean_color(const std::vector<glm::u8vec3>& colors) {
   return glm::u8vec3(sum / static_cast<double>(std::max<std::size_t>(1, colors.size())) + 0.5);
 }
 
-// Only vertices that faces use.
-void append(const TriangleSoup& part, TriangleSoup& surface) {
+}  // namespace
+
+void append_faces(const TriangleSoup& part, TriangleSoup& surface) {
   constexpr std::uint32_t kUnused = std::numeric_limits<std::uint32_t>::max();
   const bool has_colors = !surface.colors.empty();
   const glm::u8vec3 color = mean_color(surface.colors);
@@ -94,8 +95,6 @@ void append(const TriangleSoup& part, TriangleSoup& surface) {
   }
 }
 
-}  // namespace
-
 CompletedMesh completed(const TriangleSoup& given, const TriangleSoup& other, std::span<const Camera> views,
                         const glm::dvec3& offset, const std::function<void()>& progress) {
   const Mesh other_mesh = repair(other, offset).mesh;
@@ -112,7 +111,7 @@ CompletedMesh completed(const TriangleSoup& given, const TriangleSoup& other, st
   remove_small_pieces(added, kFewestAdded);
   CompletedMesh result{given, added.faces.size(), completion.covered(), completion.covered()};
   if (added.faces.empty()) return result;
-  append(added, result.surface);
+  append_faces(added, result.surface);
   result.covered = covered_share(repair(result.surface, offset).mesh, views);
   return result;
 }

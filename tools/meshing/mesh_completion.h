@@ -32,4 +32,8 @@ struct CompletedMesh {
                                       std::span<const Camera> views, const glm::dvec3& offset,
                                       const std::function<void()>& progress);
 
+// Adds the faces of `part`, with the vertices that they use, to `surface`. If `surface` has colours, the added vertices
+// get their mean.
+void append_faces(const TriangleSoup& part, TriangleSoup& surface);
+
 }  // namespace lumatlas

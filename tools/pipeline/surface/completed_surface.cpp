@@ -19,6 +19,7 @@
 #include "tools/meshing/mesh_completion.h"
 #include "tools/meshing/photograph_mesh.h"
 #include "tools/pipeline/surface/completion_gain.h"
+#include "tools/pipeline/surface/extended_surface.h"
 #include "tools/pipeline/surface/far_background.h"
 #include "tools/pipeline/surface/points_through_mesh.h"
 #include "tools/scene/for_each_index.h"
@@ -28,8 +29,9 @@ namespace lumatlas {
 
 namespace {
 
-constexpr double kLittleLacking = 0.01;  // share of all pixels below which nothing is added
-constexpr double kLeastGain = 0.6;       // dB that added surface must be able to bring, for its time
+constexpr double kLittleLacking = 0.01;    // share of all pixels below which nothing is added
+constexpr double kLittleToExtend = 0.005;  // share of all pixels below which nothing is guessed
+constexpr double kLeastGain = 0.6;         // dB that added surface must be able to bring, for its time
 constexpr const char* kWorseThanGiven =
     "nothing is added to the mesh: the surface that photographs show beside it makes pictures worse";
 constexpr double kLackingInView = 0.005;   // share of a view's pixels from which its photograph is matched
@@ -273,6 +275,27 @@ void match_and_change(const CompletionInput& input, const std::vector<std::size_
   change_mesh(input, contradicted, other, callback, mesh, seen, result);
 }
 
+// Extends the mesh by guesses (extended_surface.h), unless photographs are predicted worse with them.
+void extend_mesh(const CompletionInput& input, const BuildCallback& callback, MeshInput& mesh, Outlook& seen,
+                 CompletedSurface& result) {
+  if (1 - seen.shares.surface - seen.shares.far <= kLittleToExtend) return;
+  BuildStage stage(callback, "extending the mesh", 0);
+  const Mesh part = surface_extension(input.photographs, mesh.mesh, *seen.surface, seen.beyond.get());
+  if (!part.faces.empty()) {
+    TriangleSoup surface = soup_of(mesh.mesh);
+    append_faces(soup_of(part), surface);
+    Mesh whole = repair(surface, glm::dvec3(0), throw_if_interrupted).mesh;
+    Outlook after = input.outlook(whole);
+    const std::optional<double> gain =
+        completion_gain_db(input.photographs, *seen.surface, seen.beyond.get(), *after.surface);
+    if (gain && *gain > 0) {
+      result.added_faces += part.faces.size();
+      take(std::move(whole), std::move(after), result.shares.surface, mesh, seen, result);
+    }
+  }
+  stage.finish();
+}
+
 }  // namespace
 
 std::string filled_frames_warning(const FrameShares& shares) {
@@ -325,6 +348,7 @@ CompletedSurface complete_surface(const std::filesystem::path& scene, const Scen
   stage.finish();
   CompletedSurface result;
   result.shares = seen.shares;
+  bool extends = options.surface;
   if (!plan.ranks.empty()) {
     std::optional<TemporaryEntry> temporary;
     if (options.stereo_folder.empty()) {
@@ -337,8 +361,10 @@ CompletedSurface complete_surface(const std::filesystem::path& scene, const Scen
     } catch (const InputError& error) {
       result.warnings.push_back(std::string("the mesh is used as given, although photographs show more: ") +
                                 error.what());
+      extends = false;
     }
   }
+  if (extends) extend_mesh(input, callback, mesh, seen, result);
   result.far = std::move(seen.far);
   return result;
 }
