@@ -54,10 +54,11 @@ requires(!std::is_same_v<Kind, Other>) bool operator==(Id<Kind>, Id<Other>) = de
 template <typename Kind, typename Other>
 requires(!std::is_same_v<Kind, Other>) std::strong_ordering operator<=>(Id<Kind>, Id<Other>) = delete;
 
-using FaceId = Id<struct FaceKind>;     // of a mesh
-using CellId = Id<struct CellKind>;     // of a surface
-using ViewSlot = Id<struct ViewKind>;   // of a store of views
-using TilePlace = Id<struct TileKind>;  // of a texture array
+using FaceId = Id<struct FaceKind>;      // of a mesh
+using VertexId = Id<struct VertexKind>;  // of a mesh
+using CellId = Id<struct CellKind>;      // of a surface
+using ViewSlot = Id<struct ViewKind>;    // of a store of views
+using TilePlace = Id<struct TileKind>;   // of a texture array
 
 static_assert(sizeof(FaceId) == sizeof(std::uint32_t));
 static_assert(alignof(FaceId) == alignof(std::uint32_t));

@@ -3,12 +3,12 @@
 
 #include <algorithm>
 #include <cstdint>
-#include <limits>
 #include <memory>
 #include <utility>
 #include <vector>
 
 #include "mesh/repair/repair.h"
+#include "mesh/used_vertices.h"
 #include "mesh/visibility/visibility.h"
 #include "tools/meshing/cut/small_pieces.h"
 
@@ -76,22 +76,18 @@ glm::u8vec3 mean_color(const std::vector<glm::u8vec3>& colors) {
 }  // namespace
 
 void append_faces(const TriangleSoup& part, TriangleSoup& surface) {
-  constexpr std::uint32_t kUnused = std::numeric_limits<std::uint32_t>::max();
   const bool has_colors = !surface.colors.empty();
   const glm::u8vec3 color = mean_color(surface.colors);
-  std::vector<std::uint32_t> place(part.positions.size(), kUnused);
-  for (const glm::uvec3& face : part.faces) {
-    glm::uvec3 moved;
+  UsedVertices used(part.positions.size(), surface.positions.size());
+  for (glm::uvec3 face : part.faces) {
     for (int i = 0; i < 3; ++i) {
-      std::uint32_t& vertex = place[face[i]];
-      if (vertex == kUnused) {
-        vertex = static_cast<std::uint32_t>(surface.positions.size());
-        surface.positions.push_back(part.positions[face[i]]);
+      const std::uint32_t vertex = face[i];
+      face[i] = used.number_of(vertex, [&] {
+        surface.positions.push_back(part.positions[vertex]);
         if (has_colors) surface.colors.push_back(color);
-      }
-      moved[i] = vertex;
+      });
     }
-    surface.faces.push_back(moved);
+    surface.faces.push_back(face);
   }
 }
 

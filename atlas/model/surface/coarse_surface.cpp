@@ -5,12 +5,12 @@
 
 #include <algorithm>
 #include <glm/geometric.hpp>
-#include <limits>
 #include <vector>
 
 #include "mesh/base/median.h"
 #include "mesh/repair/joined_faces.h"
 #include "mesh/repair/simplification.h"
+#include "mesh/used_vertices.h"
 
 namespace lumatlas {
 
@@ -28,17 +28,15 @@ CoarseSurface clustered(const Mesh& mesh, std::size_t faces, double extent, doub
   corners.resize(meshopt_simplifySloppy(corners.data(), all.data(), all.size(), &mesh.positions[0].x,
                                         mesh.positions.size(), sizeof(glm::vec3), 3 * faces,
                                         static_cast<float>(most_error), &error));
-  constexpr std::uint32_t kNone = std::numeric_limits<std::uint32_t>::max();
-  std::vector<std::uint32_t> number(mesh.positions.size(), kNone);
+  UsedVertices used(mesh.positions.size());
   CoarseSurface result;
   result.error = error * extent;
   for (std::uint32_t& corner : corners) {
-    if (number[corner] == kNone) {
-      number[corner] = static_cast<std::uint32_t>(result.mesh.positions.size());
-      result.mesh.positions.push_back(mesh.positions[corner]);
-      result.mesh.colors.push_back(mesh.colors[corner]);
-    }
-    corner = number[corner];
+    const std::uint32_t vertex = corner;
+    corner = used.number_of(vertex, [&] {
+      result.mesh.positions.push_back(mesh.positions[vertex]);
+      result.mesh.colors.push_back(mesh.colors[vertex]);
+    });
   }
   for (std::size_t i = 0; i < corners.size(); i += 3) {
     result.mesh.faces.emplace_back(corners[i], corners[i + 1], corners[i + 2]);

@@ -7,11 +7,11 @@
 #include <array>
 #include <cmath>
 #include <glm/glm.hpp>
-#include <limits>
 #include <numeric>
 
 #include "atlas/images/srgb.h"
 #include "atlas/vertex_split.h"
+#include "mesh/used_vertices.h"
 #include "mesh/visibility/visibility.h"
 
 namespace lumatlas {
@@ -94,14 +94,11 @@ std::vector<std::uint32_t> ordered_corners(const WrittenMesh& mesh, const DrawZo
 
 // Renumbers the corners in the order in which they first come, and returns the vertices in it.
 std::vector<std::uint32_t> by_first_corner(std::vector<std::uint32_t>& corners, std::size_t vertices) {
-  constexpr std::uint32_t kUnnumbered = std::numeric_limits<std::uint32_t>::max();
-  std::vector<std::uint32_t> number(vertices, kUnnumbered), order;
+  UsedVertices used(vertices);
+  std::vector<std::uint32_t> order;
   for (std::uint32_t& corner : corners) {
-    if (number[corner] == kUnnumbered) {
-      number[corner] = static_cast<std::uint32_t>(order.size());
-      order.push_back(corner);
-    }
-    corner = number[corner];
+    const std::uint32_t vertex = corner;
+    corner = used.number_of(vertex, [&] { order.push_back(vertex); });
   }
   return order;
 }

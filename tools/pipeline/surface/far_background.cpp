@@ -5,11 +5,11 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <limits>
 #include <utility>
 
 #include "mesh/base/errors.h"
 #include "mesh/far_sphere.h"
+#include "mesh/used_vertices.h"
 #include "tools/base/process/interrupt.h"
 #include "tools/inspection/blind_views.h"
 #include "tools/scene/for_each_index.h"
@@ -285,27 +285,6 @@ std::vector<bool> far_faces(std::vector<Glimpse> glimpses, const Mesh& sphere) {
   return far;
 }
 
-// Returns the wanted faces, with the vertices that they use.
-Mesh part_of(const Mesh& mesh, const std::vector<bool>& wanted) {
-  constexpr std::uint32_t kUnused = std::numeric_limits<std::uint32_t>::max();
-  std::vector<std::uint32_t> place(mesh.positions.size(), kUnused);
-  Mesh part;
-  for (std::size_t i = 0; i < mesh.faces.size(); ++i) {
-    if (!wanted[i]) continue;
-    glm::uvec3 face;
-    for (int corner = 0; corner < 3; ++corner) {
-      std::uint32_t& vertex = place[mesh.faces[i][corner]];
-      if (vertex == kUnused) {
-        vertex = static_cast<std::uint32_t>(part.positions.size());
-        part.positions.push_back(mesh.positions[mesh.faces[i][corner]]);
-      }
-      face[corner] = vertex;
-    }
-    part.faces.push_back(face);
-  }
-  return part;
-}
-
 }  // namespace
 
 SmallPhotograph small_photograph(const SceneView& view, const Camera& small) {
@@ -338,7 +317,9 @@ FarSphere find_far_sphere(const std::vector<SmallPhotograph>& photographs, std::
   const SphereShape shape = far_sphere_shape(cameras, mesh);
   const Mesh sphere = far_sphere(shape, kSphereEdge);
   FarSphere far;
-  far.mesh = part_of(sphere, far_faces(std::move(glimpses), sphere));
+  const std::vector<bool> is_far = far_faces(std::move(glimpses), sphere);
+  add_faces(
+      sphere, [&](std::size_t face) { return is_far[face]; }, far.mesh);
   if (!far.mesh.faces.empty()) {
     far.cells = make_cells(far.mesh, {.size = kSphereCell * shape.radius}, throw_if_interrupted);
   }
