@@ -348,7 +348,7 @@ CompletedSurface complete_surface(const std::filesystem::path& scene, const Scen
   stage.finish();
   CompletedSurface result;
   result.shares = seen.shares;
-  bool extends = options.surface;
+  bool extends = plan.largest_gain_db.value_or(0) >= kLeastGain;
   if (!plan.ranks.empty()) {
     std::optional<TemporaryEntry> temporary;
     if (options.stereo_folder.empty()) {
