@@ -3,6 +3,8 @@
 import {parseAddress, printAddress} from './address.js';
 import {Comparison} from './over/comparing.js';
 import {button, part} from './elements.js';
+import {Headset} from './headset/headset.js';
+import {connectHeadset} from './headset/headset_button.js';
 import {interact} from './interaction.js';
 import {Interface, showFailure} from './interface.js';
 import {Marks} from './over/marks.js';
@@ -166,6 +168,7 @@ function showModel(viewer, page, pageFile) {
     page.showOrbits(viewer.navigation.orbits);
   });
   tools.owner.goToFirstView();
+  viewer.quietly(connectHeadset(tools.headset));
   linkAddress(viewer, page);
   Object.assign(window, {lumatlasTools: tools});  // for the console
   interact(viewer, () => {
@@ -202,7 +205,9 @@ function startTools(viewer, pageFile) {
   panels.add({button: button('path'), panel: part('pathing'), toggled: (open) => path.turn(open)});
   panels.add({button: button('edit'), panel: part('editing'), toggled: (open) => editor.turn(open)});
   panels.add({button: button('measure'), panel: part('measuring'), toggled: (open) => measuring.turn(open)});
-  return {comparison: new Comparison(viewer), marks, measuring, path, owner, editor, walking: new Walking(viewer)};
+  const headset = new Headset(viewer, () => measuring.unit);
+  const [comparison, walking] = [new Comparison(viewer), new Walking(viewer)];
+  return {comparison, marks, measuring, path, owner, editor, walking, headset};
 }
 
 /** @param {HTMLCanvasElement} canvas */

@@ -102,6 +102,7 @@ export class Viewer {
     /** @type {Promise<void> | null} */
     this.loading = null;
     this.loadsLater = false;
+    this.rests = false;  // a headset shows the pictures
     /** @type {Vector} */
     this.offset = [0, 0, 0];  // input position = position in the model + offset
     this.resident = new Uint32Array();  // for each tile of the scene, 1 or 0
@@ -656,6 +657,7 @@ export class Viewer {
   }
 
   resize() {
+    if (this.rests) return;
     const {canvas} = this;
     const [width, height] = this.sizes.whole();
     if (canvas.width === width && canvas.height === height) return;
@@ -681,6 +683,23 @@ export class Viewer {
       this.dirty = true;
       this.still = null;
     }
+  }
+
+  // Leaves the canvas alone, and frees the targets of its pictures, while a headset shows pictures of drawTarget().
+  rest() {
+    this.rests = true;
+    this.still = this.target = this.drawn = null;
+    this.renderer.targets.release();
+  }
+
+  // Draws in the canvas again.
+  goOn() {
+    if (this.closing.signal.aborted) return;
+    this.rests = false;
+    this.target = this.drawn = null;
+    this.renderer.targets.release();
+    this.resize();
+    this.moved();
   }
 
   moved() {
@@ -719,6 +738,7 @@ export class Viewer {
       requestAnimationFrame(frame);
       const seconds = (now - last) / 1000;
       last = now;
+      if (this.rests) return;
       try {
         if (this.navigation.advance(now) || advance(seconds)) this.moved();
         this.step(now);

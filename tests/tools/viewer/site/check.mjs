@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// usage: node check.mjs CHROMIUM FOLDER [PICTURES] [CHECK...]
+//
+// Tries the page of the site FOLDER/site in a browser. Exit 1: a check fails.
+import assert from 'node:assert/strict';
+import {join} from 'node:path';
+import puppeteer from 'puppeteer-core';
+import {opened, served, started} from './browser.mjs';
+import {checkHeadset, withHeadset} from './headset_checks.mjs';
+
+const [chromium, folder, pictures, ...wanted] = process.argv.slice(2);
+const server = await served({'/': join(folder, 'site')});
+
+// The emulator does not know that a context may be lost.
+const OF_LOST_GPU = /CONTEXT_LOST_WEBGL|onDeviceFrame/;
+
+// The driver says how it reads pixels; that is no fault of the page.
+const isOfDriver = (problem) => problem.includes('GPU stall due to ReadPixels');
+
+// Each check: what it does with the page, what is prepared before, the query, and problems that are expected.
+const checks = {
+  headset: {check: checkHeadset, prepare: withHeadset, expected: OF_LOST_GPU},
+};
+
+async function tryPage(browser, name, {check, prepare = async () => {}, query = '', expected = /^$/}) {
+  const began = performance.now();
+  const problems = [];
+  const page = await opened(browser, 'about:blank', problems);
+  const picture = async (part = '') => {
+    if (pictures) await page.screenshot({path: join(pictures, `${name}${part}.png`)});
+  };
+  try {
+    await prepare(page);
+    await page.goto(`${server.address}/index.html${query}`);
+    await check(page, picture);
+  } catch (error) {
+    console.error(`${name}: ${problems.join('\n')}`);
+    await picture('-failed');
+    throw error;
+  }
+  await page.close();
+  assert.deepEqual(problems.filter((problem) => !isOfDriver(problem) && !expected.test(problem)), []);
+  console.log(`${name}: as it should be, ${((performance.now() - began) / 1000).toFixed(1)} s`);
+}
+
+const browser = await started(puppeteer, chromium);
+try {
+  for (const [name, how] of Object.entries(checks)) {
+    if (wanted.length === 0 || wanted.includes(name)) await tryPage(browser, name, how);
+  }
+} finally {
+  await browser.close();
+  server.close();
+}

@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// The button that shows the model in a headset, where there is one.
+import {button, part} from '../elements.js';
+import {hasHeadset} from './headset.js';
+/** @import {Headset} from './headset.js' */
+
+/** @param {Headset} headset */
+export function connectHeadset(headset) {
+  const shown = button('headset');
+  const line = part('headset-line');
+  const look = async () => {
+    shown.hidden = !await hasHeadset();
+  };
+  /** @param {string} words */
+  const tell = (words) => {
+    line.textContent = line.title = words;
+    line.hidden = words === '';
+  };
+  shown.addEventListener('click', async () => {
+    tell('');
+    if (headset.session) return headset.end();
+    try {
+      await headset.begin();
+    } catch (error) {
+      tell(`The headset shows nothing: ${error instanceof Error ? error.message : String(error)}`);
+    }
+  });
+  headset.changed = () => {
+    shown.setAttribute('aria-pressed', String(headset.session !== null));
+    document.documentElement.dataset.headset = headset.session ? 'shows' : 'rests';
+  };
+  navigator.xr?.addEventListener('devicechange', look);
+  return look();
+}
