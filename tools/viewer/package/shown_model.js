@@ -1,13 +1,17 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Shows one model in a canvas of an element, from its first request to the end.
 import {interact} from '../page/interaction.js';
+import {poseOfSaved} from '../page/owner/owners_views.js';
+import {emptyPageFile, shownPart} from '../page/owner/page_file.js';
+import {readPageFile} from '../page/owner/read_page_file.js';
 import {viewsOf} from '../page/reading/model.js';
 import {Viewer, defaultMemory} from '../page/viewer.js';
-import {partsOfAddress} from './model_address.js';
+import {ownersFileOf, partsOfAddress} from './model_address.js';
 import {opened} from './opening.js';
 import {shaders} from './shaders.js';
 import {placeOf, placeOfView} from './view_poses.js';
 /** @import {WantedCamera} from './view_poses.js' */
+/** @import {PageFile} from '../page/types.d.ts' */
 
 const JUMP_MS = 700;
 const GPU_LOST = 'The browser has taken the GPU away. The picture comes back with it.';
@@ -27,17 +31,23 @@ const taken = () => new DOMException('the model was taken away before it was the
 const nextFrame = () => new Promise((resolve) => requestAnimationFrame(resolve));
 
 export class ShownModel {
-  // `memory`: MiB; null: the device's default.
+  // `memory`: MiB; null: the device's default. `owner`: address of the owner's file; null: the one beside the model, if
+  // there is one; 'off': none.
   /**
    * @param {HTMLCanvasElement} canvas
    * @param {string} source
-   * @param {number | null} memory
+   * @param {{memory: number | null, owner: string | null}} options
    * @param {Listener} listener
    */
-  constructor(canvas, source, memory, listener) {
+  constructor(canvas, source, {memory, owner}, listener) {
     this.listener = listener;
-    this.viewer = new Viewer(
-        canvas, {...partsOfAddress(source), memory: memory ?? defaultMemory(), texels: 'auto', shaders});
+    const parts = partsOfAddress(source);
+    this.viewer = new Viewer(canvas, {...parts, memory: memory ?? defaultMemory(), texels: 'auto', shaders});
+    this.mayLackOwner = owner === null;
+    this.ownersFile = owner === 'off' ? '' : owner === null ? ownersFileOf(parts.model) :
+      new URL(owner, document.baseURI).href;
+    this.owner = emptyPageFile();
+    this.complaint = '';  // about the owner's file
     this.closed = false;
     /** @type {string[]} */
     this.errors = [];
@@ -54,8 +64,8 @@ export class ShownModel {
       listener.progressed(done, total, ended);
     };
     viewer.missing = (line) => {
-      this.errors = line === '' ? [] : [line];
-      listener.missing(line);
+      this.errors = [this.complaint, line].filter(Boolean);
+      listener.missing(this.errors.join(' '));
       if (line !== '' && !viewer.losses.parts.get('scene')?.final) listener.failed(line, false);
     };
     viewer.gpuLost = (lost) => {
@@ -77,7 +87,10 @@ export class ShownModel {
   async load() {
     const {viewer, listener} = this;
     try {
-      await opened(viewer);
+      const [said] = await Promise.all([
+        readPageFile(viewer.files, this.ownersFile, this.mayLackOwner), opened(viewer),
+      ]);
+      this.takeOwner(said);
       interact(viewer, () => {
         this.arrive();
         listener.drawn();
@@ -89,6 +102,21 @@ export class ShownModel {
       this.fail(error instanceof Error ? error : new Error(String(error)));
       throw error;
     }
+  }
+
+  // Shows what the owner's file says: the first view, what is up, and the shown part of the surface.
+  /** @param {{file: PageFile, complaint: string}} said */
+  takeOwner({file, complaint}) {
+    const {viewer} = this;
+    this.owner = file;
+    viewer.navigation.setUp(file.up);
+    if (file.view) viewer.navigation.set(poseOfSaved(file.view), file.view.fov);
+    const part = shownPart(file);
+    if (part) viewer.setShownPart(part);
+    this.complaint = complaint;
+    if (complaint === '') return;
+    viewer.missing(viewer.losses.line());
+    this.listener.failed(complaint, false);
   }
 
   // Ends requests and drawing, and gives back what is on the GPU with the context.
