@@ -50,7 +50,9 @@ function colorOfText(text) {
 }
 
 export class LumatlasViewerElement extends Base {
-  static observedAttributes = ['src', 'memory', 'owner', 'quality', 'mode', 'controls', 'hold', 'poster', 'background'];
+  static observedAttributes = [
+    'src', 'memory', 'owner', 'drift', 'quality', 'mode', 'controls', 'hold', 'poster', 'background',
+  ];
 
   constructor() {
     super();
@@ -98,6 +100,8 @@ export class LumatlasViewerElement extends Base {
       if (before !== value || name === 'src') this._beginSoon();
     } else if (name === 'poster') {
       this._showPoster();
+    } else if (name === 'drift') {
+      if (value === null || value === 'off') this._shown?.drift?.end();
     } else if (this._shown?.viewer.model) {
       this._apply(name);
     }
@@ -191,7 +195,10 @@ export class LumatlasViewerElement extends Base {
   /** @param {HTMLCanvasElement} canvas */
   async _load(canvas) {
     const memory = Number(this.getAttribute('memory'));
-    const options = {memory: memory > 0 ? memory : null, owner: this.getAttribute('owner') || null};
+    const options = {
+      memory: memory > 0 ? memory : null, owner: this.getAttribute('owner') || null,
+      drifts: !['off', null].includes(this.getAttribute('drift')),
+    };
     try {
       this._shown = new ShownModel(canvas, this.src, options, this._listener());
     } catch (error) {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Shows one model in a canvas of an element, from its first request to the end.
+import {Drift} from '../page/drift.js';
 import {interact} from '../page/interaction.js';
 import {poseOfSaved} from '../page/owner/owners_views.js';
 import {emptyPageFile, shownPart} from '../page/owner/page_file.js';
@@ -32,15 +33,18 @@ const nextFrame = () => new Promise((resolve) => requestAnimationFrame(resolve))
 
 export class ShownModel {
   // `memory`: MiB; null: the device's default. `owner`: address of the owner's file; null: the one beside the model, if
-  // there is one; 'off': none.
+  // there is one; 'off': none. `drifts`: the camera moves slowly until it is touched.
   /**
    * @param {HTMLCanvasElement} canvas
    * @param {string} source
-   * @param {{memory: number | null, owner: string | null}} options
+   * @param {{memory: number | null, owner: string | null, drifts: boolean}} options
    * @param {Listener} listener
    */
-  constructor(canvas, source, {memory, owner}, listener) {
+  constructor(canvas, source, {memory, owner, drifts}, listener) {
     this.listener = listener;
+    this.drifts = drifts;
+    /** @type {Drift | null} */
+    this.drift = null;
     const parts = partsOfAddress(source);
     this.viewer = new Viewer(canvas, {...parts, memory: memory ?? defaultMemory(), texels: 'auto', shaders});
     this.mayLackOwner = owner === null;
@@ -91,10 +95,11 @@ export class ShownModel {
         readPageFile(viewer.files, this.ownersFile, this.mayLackOwner), opened(viewer),
       ]);
       this.takeOwner(said);
+      this.drift = this.drifts ? new Drift(viewer, viewer.canvas) : null;
       interact(viewer, () => {
         this.arrive();
         listener.drawn();
-      });
+      }, this.drift);
       listener.moved();
       await viewer.load();
     } catch (error) {

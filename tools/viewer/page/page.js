@@ -2,6 +2,7 @@
 // The page of a site. For other pages: `openModel(canvas, options)` shows a site's model in a canvas of their own.
 import {parseAddress, printAddress} from './address.js';
 import {Comparison} from './over/comparing.js';
+import {Drift} from './drift.js';
 import {button, part} from './elements.js';
 import {Headset} from './headset/headset.js';
 import {connectHeadset} from './headset/headset_button.js';
@@ -149,8 +150,8 @@ async function keepUp(viewer, page) {
 }
 
 // Shows an open model in the page, and what its owner says of it.
-/** @param {Viewer} viewer @param {Interface} page @param {PageFile} pageFile */
-function showModel(viewer, page, pageFile) {
+/** @param {Viewer} viewer @param {Interface} page @param {PageFile} pageFile @param {URLSearchParams} asked */
+function showModel(viewer, page, pageFile, asked) {
   const {scene} = viewer;
   if (scene.poster) page.showPoster(viewer.files, scene.poster);
   viewer.followed = () => {
@@ -171,11 +172,13 @@ function showModel(viewer, page, pageFile) {
   tools.owner.goToFirstView();
   viewer.quietly(connectHeadset(tools.headset));
   linkAddress(viewer, page);
-  Object.assign(window, {lumatlasTools: tools});  // for the console
+  const isDrifting = asked.get('drift') !== 'off' && !viewer.live && !parseAddress(location.hash);
+  const drift = isDrifting ? new Drift(viewer, window) : null;
+  Object.assign(window, {lumatlasTools: {...tools, drift}});  // for the console
   interact(viewer, () => {
     if (viewer.hasMesh) page.hidePoster();
     for (const tool of [tools.path, tools.comparison, tools.marks]) tool.follow();
-  });
+  }, drift);
 }
 
 // The unit of lengths in a model: metres where it has a place on the Earth.
@@ -229,7 +232,7 @@ async function main(canvas) {
     page.showProgress(live ? 'waits for the first photographs' : 'the mesh', 0, 1);
     const [said] = await Promise.all([readPageFile(viewer.files, pageFile), viewer.open()]);
     page.showLine('page-file', said.complaint);
-    showModel(viewer, page, said.file);
+    showModel(viewer, page, said.file, asked);
     Object.assign(window, {lumatlas: viewer});  // for the console, and for pages around this one
     await viewer.load();
     document.documentElement.dataset.state = 'complete';

@@ -2,7 +2,7 @@
 // Shows a site's model in a canvas: fetches it, draws what its camera sees, and keeps it after a loss of the network or
 // of the GPU.
 import {MODES} from './address.js';
-import {cameraAt} from './camera.js';
+import {cameraAt, lookingAlong} from './camera.js';
 import {FetchFailure} from './reading/fetching.js';
 import {ContextLost, Fence} from './drawing/gl_objects.js';
 import {makeLayout} from './drawing/layout.js';
@@ -40,6 +40,7 @@ const MOST_FOR_CHUNKS = 1 / 2;  // share of what pictures do not take
 const CHUNKS_VARY = 1.25;    // from the first of them
 const PROGRAMS_MS = 100;    // after which programs may have been compiled
 const FIELD_OF_VIEW = 50;   // degrees
+const RAY_FOV = 1;          // degrees of the one pixel that looks along a ray
 const PHONE_MIB = 100;      // GPU memory that a phone gives a page without closing others
 const DESKTOP_MIB = 200;
 
@@ -928,6 +929,16 @@ export class Viewer {
     const {renderer} = this;
     const depth = renderer.depthAt(target, inside(x, box.width, target.width), inside(y, box.height, target.height));
     return depth < renderer.scene.depth_before_far ? depth : 0;
+  }
+
+  // Returns how far the surface is from a position along a direction, which has the length one; Infinity: there is
+  // none, or only one that is far.
+  /** @param {Vector} from @param {Vector} direction */
+  distanceAlong(from, direction) {
+    if (!this.hasMesh || this.gl.isContextLost()) return Infinity;
+    const rotation = lookingAlong(direction, this.navigation.up);
+    const {depth} = this.renderer.surfaceOfPixel(cameraAt({position: from, rotation}, RAY_FOV, 1, 1));
+    return depth > 0 && depth < this.scene.depth_before_far ? depth : Infinity;
   }
 
   // A camera's picture as `lumatlas render` draws it: RGBA, row by row from the top, with alpha 0 where there is no

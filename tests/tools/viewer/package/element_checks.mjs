@@ -86,6 +86,30 @@ async function checkWheel(page) {
   assert.deepEqual(seen, {before: false, focused: true, still: [-1, 'none'], again: 'auto'});
 }
 
+// The attribute "drift" moves the camera until it is touched, or the attribute goes.
+async function checkDrift(page) {
+  const seen = await page.evaluate(async () => {
+    const model = document.getElementById('model');
+    const without = model._shown.drift;
+    const states = [];
+    model.setAttribute('drift', '');
+    for (const end of [() => model.removeAttribute('drift'), () => {
+      model.shadowRoot.querySelector('canvas').dispatchEvent(new PointerEvent('pointerdown', {pointerId: 1}));
+    }]) {
+      await model.load('/model/');
+      await model.coverage();
+      states.push(model._shown.drift.state);
+      end();
+      states.push(model._shown.drift.state);
+      model.setAttribute('drift', '');
+    }
+    model.removeAttribute('drift');
+    return {without, states};
+  });
+  assert.equal(seen.without, null);
+  assert.deepEqual(seen.states, ['waits', 'ended', 'waits', 'ended']);
+}
+
 // A second element shows a .glb at the same time; what is taken away leaves nothing on the GPU.
 async function checkLifetime(page) {
   const seen = await page.evaluate(async () => {
@@ -187,6 +211,7 @@ export async function checkElement(page) {
   await checkStyle(page);
   await checkWheel(page);
   await checkOwner(page);
+  await checkDrift(page);
   await checkLifetime(page);
 }
 

@@ -6,6 +6,7 @@ import assert from 'node:assert/strict';
 import {join} from 'node:path';
 import puppeteer from 'puppeteer-core';
 import {opened, served, started} from './browser.mjs';
+import {checkDrift, checkRest, checkSlow, withHiddenTab, withLoss, withReducedMotion} from './drift_checks.mjs';
 import {checkHeadset, withHeadset} from './headset_checks.mjs';
 
 const [chromium, folder, pictures, ...wanted] = process.argv.slice(2);
@@ -19,7 +20,14 @@ const isOfDriver = (problem) => problem.includes('GPU stall due to ReadPixels');
 
 // Each check: what it does with the page, what is prepared before, the query, and problems that are expected.
 const checks = {
-  headset: {check: checkHeadset, prepare: withHeadset, expected: OF_LOST_GPU},
+  headset: {check: checkHeadset, prepare: withHeadset, query: '?drift=off', expected: OF_LOST_GPU},
+  drift: {check: checkDrift},
+  'drift-slow': {check: checkSlow},
+  'drift-off': {check: checkRest, query: '?drift=off'},
+  'drift-link': {check: checkRest, query: '#at=0.1,0.1,0.3&turned=0.5,0.5,-0.5,0.5&fov=50'},
+  'drift-motion': {check: checkRest, prepare: withReducedMotion},
+  'drift-hidden': {check: checkRest, prepare: withHiddenTab},
+  'drift-loss': {check: checkRest, prepare: withLoss, expected: /ERR_FAILED/},
 };
 
 async function tryPage(browser, name, {check, prepare = async () => {}, query = '', expected = /^$/}) {
