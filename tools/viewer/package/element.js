@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Implements <lumatlas-viewer src="folder/">, which shows a model in any page.
+import {ENGLISH, Texts, languageOf} from '../page/texts/texts.js';
 import {MARKS_STYLE, OwnerMarks} from './owner_marks.js';
 import {ShownModel} from './shown_model.js';
 import {cameraOf} from './view_poses.js';
@@ -25,7 +26,6 @@ progress::-moz-progress-bar { background: #9cf; }
 #line { position: absolute; inset: 8px 8px auto; margin: 0; padding: 4px 8px; background: #000b; border-radius: 4px;
   border-left: 3px solid #fc6; overflow-wrap: anywhere; pointer-events: none; }
 `;
-const LABEL = 'The scene. Drag to turn, arrow keys and W A S D to move.';
 const NOT_OPEN = 'the model is not open yet: wait for load(), or for the event "load"';
 
 // Imported where there are no elements, as when a page is made on a server, this module does nothing.
@@ -51,7 +51,7 @@ function colorOfText(text) {
 
 export class LumatlasViewerElement extends Base {
   static observedAttributes = [
-    'src', 'memory', 'owner', 'drift', 'quality', 'mode', 'controls', 'hold', 'poster', 'background',
+    'src', 'memory', 'owner', 'lang', 'drift', 'quality', 'mode', 'controls', 'hold', 'poster', 'background',
   ];
 
   constructor() {
@@ -79,6 +79,7 @@ export class LumatlasViewerElement extends Base {
     /** @type {Promise<void> | null} */
     this._loading = null;
     this._moved = this._begins = false;
+    this._texts = ENGLISH;
     /** @type {OwnerMarks | null} */
     this._marks = null;
   }
@@ -96,7 +97,7 @@ export class LumatlasViewerElement extends Base {
 
   /** @param {string} name @param {string | null} before @param {string | null} value */
   attributeChangedCallback(name, before, value) {
-    if (['src', 'memory', 'owner'].includes(name)) {
+    if (['src', 'memory', 'owner', 'lang'].includes(name)) {
       if (before !== value || name === 'src') this._beginSoon();
     } else if (name === 'poster') {
       this._showPoster();
@@ -180,9 +181,12 @@ export class LumatlasViewerElement extends Base {
     this._begins = false;
     this._end();
     if (!this.isConnected || this.src === '') return;
+    // The element's language, else that of what it stands in, else the visitor's.
+    const around = /** @type {HTMLElement | null} */ (this.closest('[lang]'))?.lang;
+    this._texts = new Texts(languageOf([this.lang, around, ...navigator.languages]));
     const canvas = made('canvas', {tabIndex: 0});
     canvas.setAttribute('role', 'application');
-    canvas.setAttribute('aria-label', LABEL);
+    canvas.setAttribute('aria-label', this._texts.say('scene'));
     this._inside.prepend(canvas);
     this._canvas = canvas;
     this._showPoster();
@@ -197,12 +201,12 @@ export class LumatlasViewerElement extends Base {
     const memory = Number(this.getAttribute('memory'));
     const options = {
       memory: memory > 0 ? memory : null, owner: this.getAttribute('owner') || null,
-      drifts: !['off', null].includes(this.getAttribute('drift')),
+      texts: this._texts, drifts: !['off', null].includes(this.getAttribute('drift')),
     };
     try {
       this._shown = new ShownModel(canvas, this.src, options, this._listener());
     } catch (error) {
-      const {message} = /** @type {Error} */ (error);
+      const message = this._texts.of(error);
       this._showLine(message);
       queueMicrotask(() => this._tell('error', {message, final: true}));
       throw error;
@@ -247,7 +251,8 @@ export class LumatlasViewerElement extends Base {
   _start() {
     for (const name of ['quality', 'mode', 'hold', 'background']) this._apply(name);
     const {viewer, owner} = this._open;
-    if (owner.title) viewer.canvas.setAttribute('aria-label', `${owner.title}. ${LABEL}`);
+    const label = this._texts.say('titledScene', {title: owner.title, scene: {key: 'scene'}});
+    if (owner.title) viewer.canvas.setAttribute('aria-label', label);
     if (owner.annotations.length > 0) this._marks = new OwnerMarks(viewer, this._layer, owner.annotations);
   }
 

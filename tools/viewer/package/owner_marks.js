@@ -56,7 +56,8 @@ export class OwnerMarks {
     const shown = document.createElement('button');
     shown.textContent = String(i + 1);
     shown.title = annotation.title;
-    shown.setAttribute('aria-label', `Annotation ${i + 1}: ${annotation.title}`);
+    const label = this.viewer.texts.say('annotationNamed', {number: i + 1, title: annotation.title});
+    shown.setAttribute('aria-label', label);
     shown.setAttribute('aria-expanded', 'false');
     shown.addEventListener('click', () => this.open(i));
     this.marks.add(annotation.point, shown);
@@ -69,7 +70,7 @@ export class OwnerMarks {
     const annotation = this.annotations[i];
     this.opened = i;
     const end = madeWith('button', '×');
-    end.setAttribute('aria-label', 'Close');
+    end.setAttribute('aria-label', this.viewer.texts.say('close'));
     end.addEventListener('click', () => this.close());
     this.card.replaceChildren(madeWith('h2', annotation.title), madeWith('p', annotation.text), end);
     this.card.hidden = false;

@@ -11,11 +11,11 @@ import {ownersFileOf, partsOfAddress} from './model_address.js';
 import {opened} from './opening.js';
 import {shaders} from './shaders.js';
 import {placeOf, placeOfView} from './view_poses.js';
+/** @import {Texts} from '../page/texts/texts.js' */
 /** @import {WantedCamera} from './view_poses.js' */
 /** @import {PageFile} from '../page/types.d.ts' */
 
 const JUMP_MS = 700;
-const GPU_LOST = 'The browser has taken the GPU away. The picture comes back with it.';
 
 // Called with what happens to a model. `failed`: `final` says that the model will not come.
 /**
@@ -37,16 +37,16 @@ export class ShownModel {
   /**
    * @param {HTMLCanvasElement} canvas
    * @param {string} source
-   * @param {{memory: number | null, owner: string | null, drifts: boolean}} options
+   * @param {{memory: number | null, owner: string | null, drifts: boolean, texts: Texts}} options
    * @param {Listener} listener
    */
-  constructor(canvas, source, {memory, owner, drifts}, listener) {
+  constructor(canvas, source, {memory, owner, drifts, texts}, listener) {
     this.listener = listener;
     this.drifts = drifts;
     /** @type {Drift | null} */
     this.drift = null;
     const parts = partsOfAddress(source);
-    this.viewer = new Viewer(canvas, {...parts, memory: memory ?? defaultMemory(), texels: 'auto', shaders});
+    this.viewer = new Viewer(canvas, {...parts, memory: memory ?? defaultMemory(), texels: 'auto', shaders, texts});
     this.mayLackOwner = owner === null;
     this.ownersFile = owner === 'off' ? '' : owner === null ? ownersFileOf(parts.model) :
       new URL(owner, document.baseURI).href;
@@ -73,8 +73,9 @@ export class ShownModel {
       if (line !== '' && !viewer.losses.parts.get('scene')?.final) listener.failed(line, false);
     };
     viewer.gpuLost = (lost) => {
-      listener.missing(lost ? GPU_LOST : '');
-      if (lost) listener.failed(GPU_LOST, false);
+      const line = lost ? viewer.texts.say('gpuLostInElement') : '';
+      listener.missing(line);
+      if (lost) listener.failed(line, false);
     };
     viewer.failed = (error) => this.fail(error);
   }
@@ -82,9 +83,10 @@ export class ShownModel {
   /** @param {Error} error */
   fail(error) {
     if (this.closed) return;
-    this.errors = [error.message];
-    this.listener.missing(error.message);
-    this.listener.failed(error.message, true);
+    const line = this.viewer.texts.of(error);
+    this.errors = [line];
+    this.listener.missing(line);
+    this.listener.failed(line, true);
   }
 
   // Resolves once every file is loaded that the server has. Throws if there is no model, or once it is closed.
@@ -110,7 +112,7 @@ export class ShownModel {
   }
 
   // Shows what the owner's file says: the first view, what is up, and the shown part of the surface.
-  /** @param {{file: PageFile, complaint: string}} said */
+  /** @param {{file: PageFile, complaint: Error | null}} said */
   takeOwner({file, complaint}) {
     const {viewer} = this;
     this.owner = file;
@@ -118,10 +120,10 @@ export class ShownModel {
     if (file.view) viewer.navigation.set(poseOfSaved(file.view), file.view.fov);
     const part = shownPart(file);
     if (part) viewer.setShownPart(part);
-    this.complaint = complaint;
-    if (complaint === '') return;
+    if (!complaint) return;
+    this.complaint = viewer.texts.of(complaint);
     viewer.missing(viewer.losses.line());
-    this.listener.failed(complaint, false);
+    this.listener.failed(this.complaint, false);
   }
 
   // Ends requests and drawing, and gives back what is on the GPU with the context.

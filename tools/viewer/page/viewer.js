@@ -16,6 +16,7 @@ import {Renderer, partsOf} from './drawing/renderer.js';
 import {ResidentChunks} from './drawing/resident_chunks.js';
 import {Residents} from './drawing/residents.js';
 import {SiteFiles} from './reading/site_files.js';
+import {ENGLISH, TextError} from './texts/texts.js';
 /** @import {Chunks} from './reading/chunks.js' */
 /** @import {LossPart} from './reading/losses.js' */
 /** @import {PictureTarget} from './drawing/gl_objects.js' */
@@ -61,7 +62,7 @@ function contentOfScene(scene) {
 function contextOf(canvas) {
   const gl = canvas.getContext(
       'webgl2', {alpha: false, antialias: false, depth: false, powerPreference: 'high-performance'});
-  if (!gl) throw new Error('This page needs WebGL 2, which this browser does not have or has switched off.');
+  if (!gl) throw new TextError('noWebGl');
   return gl;
 }
 
@@ -73,7 +74,8 @@ export class Viewer {
     this.shares = options.gl !== undefined;  // the canvas is another program's too
     this.closing = new AbortController();
     this.files = new SiteFiles(options.base, {...options.network, signal: this.closing.signal});
-    this.losses = new Losses((line) => this.missing(line));
+    this.texts = options.texts ?? ENGLISH;
+    this.losses = new Losses(this.texts, (line) => this.missing(line));
     this.memory = options.memory;
     this.live = options.live;
     this.file = options.model ?? 'tileset.json';

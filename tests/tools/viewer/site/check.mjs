@@ -1,15 +1,16 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// usage: node check.mjs CHROMIUM FOLDER [PICTURES] [CHECK...]
+// usage: node check.mjs CHROMIUM SOURCES FOLDER [PICTURES] [CHECK...]
 //
-// Tries the page of the site FOLDER/site in a browser. Exit 1: a check fails.
+// Tries the page of the site FOLDER/site in a browser. SOURCES is the folder of the page's sources. Exit 1: a check fails.
 import assert from 'node:assert/strict';
 import {join} from 'node:path';
 import puppeteer from 'puppeteer-core';
 import {opened, served, started} from './browser.mjs';
 import {checkDrift, checkRest, checkSlow, withHiddenTab, withLoss, withReducedMotion} from './drift_checks.mjs';
 import {checkHeadset, withHeadset} from './headset_checks.mjs';
+import {checkFrench, checkGerman, checkGermanLoss, checkTables, withFrenchVisitor} from './texts_checks.mjs';
 
-const [chromium, folder, pictures, ...wanted] = process.argv.slice(2);
+const [chromium, sources, folder, pictures, ...wanted] = process.argv.slice(2);
 const server = await served({'/': join(folder, 'site')});
 
 // The emulator does not know that a context may be lost.
@@ -27,6 +28,9 @@ const checks = {
   'drift-link': {check: checkRest, query: '#at=0.1,0.1,0.3&turned=0.5,0.5,-0.5,0.5&fov=50'},
   'drift-motion': {check: checkRest, prepare: withReducedMotion},
   'drift-hidden': {check: checkRest, prepare: withHiddenTab},
+  'texts-de': {check: checkGerman, query: '?drift=off&lang=de'},
+  'texts-loss': {check: checkGermanLoss, prepare: withLoss, query: '?drift=off&lang=de', expected: /ERR_FAILED/},
+  'texts-fr': {check: checkFrench, prepare: withFrenchVisitor, query: '?drift=off'},
   'drift-loss': {check: checkRest, prepare: withLoss, expected: /ERR_FAILED/},
 };
 
@@ -51,6 +55,7 @@ async function tryPage(browser, name, {check, prepare = async () => {}, query = 
   console.log(`${name}: as it should be, ${((performance.now() - began) / 1000).toFixed(1)} s`);
 }
 
+checkTables(join(sources, 'page'), join(sources, 'package'));
 const browser = await started(puppeteer, chromium);
 try {
   for (const [name, how] of Object.entries(checks)) {

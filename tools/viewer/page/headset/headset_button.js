@@ -2,10 +2,11 @@
 // The button that shows the model in a headset, where there is one.
 import {button, part} from '../elements.js';
 import {hasHeadset} from './headset.js';
+/** @import {Texts} from '../texts/texts.js' */
 /** @import {Headset} from './headset.js' */
 
-/** @param {Headset} headset */
-export function connectHeadset(headset) {
+/** @param {Headset} headset @param {Texts} texts */
+export function connectHeadset(headset, texts) {
   const shown = button('headset');
   const line = part('headset-line');
   const look = async () => {
@@ -22,7 +23,7 @@ export function connectHeadset(headset) {
     try {
       await headset.begin();
     } catch (error) {
-      tell(`The headset shows nothing: ${error instanceof Error ? error.message : String(error)}`);
+      tell(texts.say('headsetFails', {why: texts.of(error)}));
     }
   });
   headset.changed = () => {

@@ -36,7 +36,7 @@ export class Annotations {
       shown.className = 'annotation';
       shown.textContent = String(i + 1);
       shown.title = annotation.title;
-      shown.setAttribute('aria-label', `Annotation ${i + 1}: ${annotation.title}`);
+      shown.setAttribute('aria-label', this.nameOf(i));
       shown.addEventListener('click', () => this.open(i));
       return this.marks.add(annotation.point, shown);
     });
@@ -44,12 +44,17 @@ export class Annotations {
     this.fillList();
   }
 
+  /** @param {number} i */
+  nameOf(i) {
+    return this.viewer.texts.say('annotationNamed', {number: i + 1, title: this.all[i].title});
+  }
+
   // Lists all beside the description, for keyboards and for points that are hidden.
   fillList() {
     part('annotation-list').replaceChildren(...this.all.map((annotation, i) => {
       const entry = document.createElement('li');
       const link = document.createElement('button');
-      link.textContent = annotation.title || `Annotation ${i + 1}`;
+      link.textContent = annotation.title || this.viewer.texts.say('annotation', {number: i + 1});
       link.addEventListener('click', () => this.open(i));
       entry.append(link);
       return entry;
@@ -67,7 +72,8 @@ export class Annotations {
     const annotation = this.all[this.opened];
     part('annotation-title').textContent = annotation.title;
     part('annotation-text').textContent = annotation.text;
-    part('annotation-place').textContent = `${this.opened + 1} of ${count}`;
+    const place = this.viewer.texts.say('placeOf', {number: this.opened + 1, count});
+    part('annotation-place').textContent = place;
     part('annotation').hidden = false;
     if (!wasOpen) button('annotation-close').focus();
     flyToAnnotation(this.viewer.navigation, annotation);

@@ -27,7 +27,7 @@ export class OwnerPage {
     this.file = file;
     document.title = file.title || this.siteTitle;
     const about = button('about');
-    about.textContent = file.title || 'About';
+    about.textContent = file.title || this.viewer.texts.say('about');
     about.hidden = !file.title && !file.description && file.annotations.length === 0;
     part('about-title').textContent = file.title;
     part('description').textContent = file.description;
