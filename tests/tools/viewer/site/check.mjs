@@ -7,7 +7,9 @@ import {join} from 'node:path';
 import puppeteer from 'puppeteer-core';
 import {opened, served, started} from './browser.mjs';
 import {checkDrift, checkRest, checkSlow, withHiddenTab, withLoss, withReducedMotion} from './drift_checks.mjs';
+import {startedFirefox} from './firefox.mjs';
 import {checkHeadset, withHeadset} from './headset_checks.mjs';
+import {checkPicture} from './picture_checks.mjs';
 import {checkFrench, checkGerman, checkGermanLoss, checkTables, withFrenchVisitor} from './texts_checks.mjs';
 
 const [chromium, sources, folder, pictures, ...wanted] = process.argv.slice(2);
@@ -21,6 +23,7 @@ const isOfDriver = (problem) => problem.includes('GPU stall due to ReadPixels');
 
 // Each check: what it does with the page, what is prepared before, the query, and problems that are expected.
 const checks = {
+  picture: {check: checkPicture('Chromium'), query: '?drift=off'},
   headset: {check: checkHeadset, prepare: withHeadset, query: '?drift=off', expected: OF_LOST_GPU},
   drift: {check: checkDrift},
   'drift-slow': {check: checkSlow},
@@ -33,6 +36,15 @@ const checks = {
   'texts-fr': {check: checkFrench, prepare: withFrenchVisitor, query: '?drift=off'},
   'drift-loss': {check: checkRest, prepare: withLoss, expected: /ERR_FAILED/},
 };
+
+// The same in Firefox.
+const inFirefox = {'picture-firefox': {check: checkPicture('Firefox'), query: '?drift=off'}};
+
+const isWanted = (name) => wanted.length === 0 || wanted.includes(name);
+
+async function tryAll(browser, all) {
+  for (const [name, how] of Object.entries(all)) if (isWanted(name)) await tryPage(browser, name, how);
+}
 
 async function tryPage(browser, name, {check, prepare = async () => {}, query = '', expected = /^$/}) {
   const began = performance.now();
@@ -58,9 +70,9 @@ async function tryPage(browser, name, {check, prepare = async () => {}, query = 
 checkTables(join(sources, 'page'), join(sources, 'package'));
 const browser = await started(puppeteer, chromium);
 try {
-  for (const [name, how] of Object.entries(checks)) {
-    if (wanted.length === 0 || wanted.includes(name)) await tryPage(browser, name, how);
-  }
+  await tryAll(browser, checks);
+  const firefox = Object.keys(inFirefox).some(isWanted) ? await startedFirefox(puppeteer) : null;
+  if (firefox) await tryAll(firefox.browser, inFirefox).finally(firefox.close);
 } finally {
   await browser.close();
   server.close();
