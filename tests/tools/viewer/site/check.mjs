@@ -7,6 +7,7 @@ import {join} from 'node:path';
 import puppeteer from 'puppeteer-core';
 import {opened, served, started} from './browser.mjs';
 import {checkDrift, checkRest, checkSlow, withHiddenTab, withLoss, withReducedMotion} from './drift_checks.mjs';
+import {FLIGHT_MIB, checkFlight} from './flight_checks.mjs';
 import {startedFirefox} from './firefox.mjs';
 import {checkHeadset, withHeadset} from './headset_checks.mjs';
 import {checkPicture} from './picture_checks.mjs';
@@ -31,6 +32,7 @@ const checks = {
   'drift-link': {check: checkRest, query: '#at=0.1,0.1,0.3&turned=0.5,0.5,-0.5,0.5&fov=50'},
   'drift-motion': {check: checkRest, prepare: withReducedMotion},
   'drift-hidden': {check: checkRest, prepare: withHiddenTab},
+  flight: {check: checkFlight, query: `?drift=off&memory=${FLIGHT_MIB}`},
   'texts-de': {check: checkGerman, query: '?drift=off&lang=de'},
   'texts-loss': {check: checkGermanLoss, prepare: withLoss, query: '?drift=off&lang=de', expected: /ERR_FAILED/},
   'texts-fr': {check: checkFrench, prepare: withFrenchVisitor, query: '?drift=off'},

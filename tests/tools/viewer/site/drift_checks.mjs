@@ -2,8 +2,8 @@
 // Checks of the slow drift with which the page opens.
 import assert from 'node:assert/strict';
 
-export const complete = (page) => page.waitForFunction(
-    () => document.documentElement.dataset.state === 'complete', {timeout: 60000});
+export const complete = (page, timeout = 60000) => page.waitForFunction(
+    () => document.documentElement.dataset.state === 'complete', {timeout});
 export const sharp = (page) => page.waitForFunction(() => window.lumatlas.still === 'done', {timeout: 90000});
 const sleep = (ms) => new Promise((resolve) => setTimeout(resolve, ms));
 const stateOf = (page) => page.evaluate(() => window.lumatlasTools.drift?.state ?? 'none');
