@@ -16,6 +16,7 @@ import {readPageFile} from './owner/read_page_file.js';
 import {Panels} from './panels.js';
 import {KeyFrames} from './path/key_frames.js';
 import {save} from './saving.js';
+import {QuietControls} from './quiet_controls.js';
 import {viewsOf} from './reading/model.js';
 import {boundOfWeight} from './drawing/ranked_references.js';
 import {texelForm} from './drawing/photograph_forms.js';
@@ -175,7 +176,7 @@ function showModel(viewer, page, pageFile, asked) {
   linkAddress(viewer, page);
   const isDrifting = asked.get('drift') !== 'off' && !viewer.live && !parseAddress(location.hash);
   const drift = isDrifting ? new Drift(viewer, window) : null;
-  Object.assign(window, {lumatlasTools: {...tools, drift}});  // for the console
+  Object.assign(window, {lumatlasTools: {...tools, drift, quiet: new QuietControls()}});  // for the console
   interact(viewer, () => {
     if (viewer.hasMesh) page.hidePoster();
     for (const tool of [tools.path, tools.comparison, tools.marks]) tool.follow();

@@ -10,6 +10,7 @@ import {checkDrift, checkRest, checkSlow, withHiddenTab, withLoss, withReducedMo
 import {FLIGHT_MIB, checkFlight} from './flight_checks.mjs';
 import {startedFirefox} from './firefox.mjs';
 import {checkHeadset, withHeadset} from './headset_checks.mjs';
+import {checkQuiet} from './quiet_checks.mjs';
 import {checkPicture} from './picture_checks.mjs';
 import {checkFrench, checkGerman, checkGermanLoss, checkTables, withFrenchVisitor} from './texts_checks.mjs';
 
@@ -32,6 +33,7 @@ const checks = {
   'drift-link': {check: checkRest, query: '#at=0.1,0.1,0.3&turned=0.5,0.5,-0.5,0.5&fov=50'},
   'drift-motion': {check: checkRest, prepare: withReducedMotion},
   'drift-hidden': {check: checkRest, prepare: withHiddenTab},
+  quiet: {check: checkQuiet, query: '?drift=off'},
   flight: {check: checkFlight, query: `?drift=off&memory=${FLIGHT_MIB}`},
   'texts-de': {check: checkGerman, query: '?drift=off&lang=de'},
   'texts-loss': {check: checkGermanLoss, prepare: withLoss, query: '?drift=off&lang=de', expected: /ERR_FAILED/},

@@ -74,6 +74,8 @@ export const DE = {
   doKeys: 'fliegen',
   byGamepad: 'Gamepad',
   doGamepad: 'linker Stick: fliegen, rechter Stick: drehen, Schultertasten: ab, auf',
+  byHide: 'H',
+  doHide: 'Bedienung verbergen und zeigen',
   byEscape: 'Escape',
   doEscape: 'schließen, was offen ist',
   byHelp: '?',

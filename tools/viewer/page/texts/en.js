@@ -77,6 +77,8 @@ export const EN = {
   doKeys: 'fly',
   byGamepad: 'gamepad',
   doGamepad: 'left stick: fly, right stick: turn, triggers: down, up',
+  byHide: 'H',
+  doHide: 'hide and show the controls',
   byEscape: 'Escape',
   doEscape: 'close what is open',
   byHelp: '?',

@@ -74,6 +74,8 @@ export const FR = {
   doKeys: 'voler',
   byGamepad: 'manette',
   doGamepad: 'stick gauche : voler, stick droit : tourner, gâchettes : descendre, monter',
+  byHide: 'H',
+  doHide: 'cacher et montrer les commandes',
   byEscape: 'Échap',
   doEscape: 'fermer ce qui est ouvert',
   byHelp: '?',
