@@ -37,13 +37,14 @@ export async function sayPictures(Viewer) {
   return {viewer, cameras};
 }
 
-// Opens the site's own page in a frame; the frame, once its script runs.
+// Opens the site's own page in a frame; the frame, once its script runs. Its camera rests.
 export async function framed(address, width = 240, height = 180) {
   const frame = document.createElement('iframe');
   frame.width = width;
   frame.height = height;
   document.body.append(frame);
-  frame.src = address;
+  const [path, hash = ''] = address.split('#');
+  frame.src = `${path}${path.includes('?') ? '&' : '?'}drift=off${hash && '#' + hash}`;
   const there = () => frame.contentWindow.document.readyState === 'complete' &&
       frame.contentWindow.location.href !== 'about:blank';
   await until(there, `the page ${address}`);

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Implements <lumatlas-viewer src="folder/">, which shows a model in any page.
+import {ENGLISH, Texts, languageOf} from '../page/texts/texts.js';
+import {MARKS_STYLE, OwnerMarks} from './owner_marks.js';
 import {ShownModel} from './shown_model.js';
 import {cameraOf} from './view_poses.js';
 /** @import {WantedCamera} from './view_poses.js' */
@@ -24,7 +26,6 @@ progress::-moz-progress-bar { background: #9cf; }
 #line { position: absolute; inset: 8px 8px auto; margin: 0; padding: 4px 8px; background: #000b; border-radius: 4px;
   border-left: 3px solid #fc6; overflow-wrap: anywhere; pointer-events: none; }
 `;
-const LABEL = 'The scene. Drag to turn, arrow keys and W A S D to move.';
 const NOT_OPEN = 'the model is not open yet: wait for load(), or for the event "load"';
 
 // Imported where there are no elements, as when a page is made on a server, this module does nothing.
@@ -49,13 +50,15 @@ function colorOfText(text) {
 }
 
 export class LumatlasViewerElement extends Base {
-  static observedAttributes = ['src', 'memory', 'quality', 'mode', 'controls', 'hold', 'poster', 'background'];
+  static observedAttributes = [
+    'src', 'memory', 'owner', 'lang', 'drift', 'quality', 'mode', 'controls', 'hold', 'poster', 'background',
+  ];
 
   constructor() {
     super();
     const root = this.attachShadow({mode: 'open'});
     const sheet = new CSSStyleSheet();
-    sheet.replaceSync(STYLE);
+    sheet.replaceSync(STYLE + MARKS_STYLE);
     root.adoptedStyleSheets = [sheet];
     this._inside = made('div', {id: 'inside'});
     this._poster = made('img', {id: 'poster', alt: '', hidden: true});
@@ -64,7 +67,8 @@ export class LumatlasViewerElement extends Base {
     this._line = made('p', {id: 'line', hidden: true});
     this._line.setAttribute('role', 'status');
     this._line.setAttribute('part', 'message');
-    this._inside.append(this._poster, this._bar, this._line);
+    this._layer = made('div', {id: 'marks'});
+    this._inside.append(this._poster, this._layer, this._bar, this._line);
     root.append(this._inside);
     // A page scrolls on under the wheel until the visitor has turned to the model.
     this._inside.addEventListener('wheel', (event) => {
@@ -75,6 +79,9 @@ export class LumatlasViewerElement extends Base {
     /** @type {Promise<void> | null} */
     this._loading = null;
     this._moved = this._begins = false;
+    this._texts = ENGLISH;
+    /** @type {OwnerMarks | null} */
+    this._marks = null;
   }
 
   connectedCallback() {
@@ -90,10 +97,12 @@ export class LumatlasViewerElement extends Base {
 
   /** @param {string} name @param {string | null} before @param {string | null} value */
   attributeChangedCallback(name, before, value) {
-    if (name === 'src' || name === 'memory') {
+    if (['src', 'memory', 'owner', 'lang'].includes(name)) {
       if (before !== value || name === 'src') this._beginSoon();
     } else if (name === 'poster') {
       this._showPoster();
+    } else if (name === 'drift') {
+      if (value === null || value === 'off') this._shown?.drift?.end();
     } else if (this._shown?.viewer.model) {
       this._apply(name);
     }
@@ -138,6 +147,13 @@ export class LumatlasViewerElement extends Base {
     return this._shown ? this._shown.names : [];
   }
 
+  // What the owner's file says; null: there is no model yet.
+  get owner() {
+    if (!this._shown?.viewer.model) return null;
+    const {title, description, unit, annotations} = this._shown.owner;
+    return {title, description, unit, annotations};
+  }
+
   get camera() {
     const {pose, fov} = this._open.viewer.navigation;
     return cameraOf(pose, fov);
@@ -165,9 +181,12 @@ export class LumatlasViewerElement extends Base {
     this._begins = false;
     this._end();
     if (!this.isConnected || this.src === '') return;
+    // The element's language, else that of what it stands in, else the visitor's.
+    const around = /** @type {HTMLElement | null} */ (this.closest('[lang]'))?.lang;
+    this._texts = new Texts(languageOf([this.lang, around, ...navigator.languages]));
     const canvas = made('canvas', {tabIndex: 0});
     canvas.setAttribute('role', 'application');
-    canvas.setAttribute('aria-label', LABEL);
+    canvas.setAttribute('aria-label', this._texts.say('scene'));
     this._inside.prepend(canvas);
     this._canvas = canvas;
     this._showPoster();
@@ -180,10 +199,14 @@ export class LumatlasViewerElement extends Base {
   /** @param {HTMLCanvasElement} canvas */
   async _load(canvas) {
     const memory = Number(this.getAttribute('memory'));
+    const options = {
+      memory: memory > 0 ? memory : null, owner: this.getAttribute('owner') || null,
+      texts: this._texts, drifts: !['off', null].includes(this.getAttribute('drift')),
+    };
     try {
-      this._shown = new ShownModel(canvas, this.src, memory > 0 ? memory : null, this._listener());
+      this._shown = new ShownModel(canvas, this.src, options, this._listener());
     } catch (error) {
-      const {message} = /** @type {Error} */ (error);
+      const message = this._texts.of(error);
       this._showLine(message);
       queueMicrotask(() => this._tell('error', {message, final: true}));
       throw error;
@@ -198,8 +221,9 @@ export class LumatlasViewerElement extends Base {
     let opened = false;
     return {
       drawn: () => {
-        if (!opened) for (const name of ['quality', 'mode', 'hold', 'background']) this._apply(name);
+        if (!opened) this._start();
         opened = true;
+        this._marks?.follow();
         if (this._shown?.viewer.hasMesh) this._poster.hidden = true;
         if (this._moved) this._tell('viewchange', this.camera);
         this._moved = false;
@@ -223,8 +247,19 @@ export class LumatlasViewerElement extends Base {
     };
   }
 
+  // The model is open: its attributes and what its owner says of it count from now on.
+  _start() {
+    for (const name of ['quality', 'mode', 'hold', 'background']) this._apply(name);
+    const {viewer, owner} = this._open;
+    const label = this._texts.say('titledScene', {title: owner.title, scene: {key: 'scene'}});
+    if (owner.title) viewer.canvas.setAttribute('aria-label', label);
+    if (owner.annotations.length > 0) this._marks = new OwnerMarks(viewer, this._layer, owner.annotations);
+  }
+
   // Ends the model, and deletes what it has on the GPU.
   _end() {
+    this._marks?.end();
+    this._marks = null;
     this._shown?.close();
     this._shown = this._loading = null;
     this._canvas?.remove();

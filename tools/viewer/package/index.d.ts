@@ -25,6 +25,22 @@ export interface WantedCamera {
   fov?: number;
 }
 
+/** A point of the surface that the model's owner explains. */
+export interface OwnersAnnotation {
+  point: Vector;
+  title: string;
+  text: string;
+}
+
+/** What the owner's file says of a model; texts are empty where it says none. */
+export interface OwnersPage {
+  title: string;
+  description: string;
+  /** The unit of lengths, and how many of it a scene unit is. */
+  unit: {name: string, length: number} | null;
+  annotations: OwnersAnnotation[];
+}
+
 export interface LumatlasViewerEventMap {
   /** Every file is loaded that the server has. */
   load: CustomEvent<null>;
@@ -54,6 +70,8 @@ export class LumatlasViewerElement extends HTMLElement {
   readonly errors: string[];
   /** The names of the model's photographs. */
   readonly views: string[];
+  /** What the owner's file says; null while there is no model. */
+  readonly owner: OwnersPage | null;
   /** Throws an Error while there is no model. */
   get camera(): ViewerCamera;
   set camera(camera: WantedCamera);

@@ -11,3 +11,7 @@ export function partsOfAddress(source) {
   if (name !== '') address.pathname += '/';
   return {base: new URL('.', address).href, model: 'tileset.json'};
 }
+
+// Returns the name of the owner's file of a model, relative to its folder: page.json, or of NAME.glb NAME.page.json.
+/** @param {string} model */
+export const ownersFileOf = (model) => /\.glb$/i.test(model) ? `${model.slice(0, -4)}.page.json` : 'page.json';

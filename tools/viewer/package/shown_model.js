@@ -1,16 +1,21 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Shows one model in a canvas of an element, from its first request to the end.
+import {Drift} from '../page/drift.js';
 import {interact} from '../page/interaction.js';
+import {poseOfSaved} from '../page/owner/owners_views.js';
+import {emptyPageFile, shownPart} from '../page/owner/page_file.js';
+import {readPageFile} from '../page/owner/read_page_file.js';
 import {viewsOf} from '../page/reading/model.js';
 import {Viewer, defaultMemory} from '../page/viewer.js';
-import {partsOfAddress} from './model_address.js';
+import {ownersFileOf, partsOfAddress} from './model_address.js';
 import {opened} from './opening.js';
 import {shaders} from './shaders.js';
 import {placeOf, placeOfView} from './view_poses.js';
+/** @import {Texts} from '../page/texts/texts.js' */
 /** @import {WantedCamera} from './view_poses.js' */
+/** @import {PageFile} from '../page/types.d.ts' */
 
 const JUMP_MS = 700;
-const GPU_LOST = 'The browser has taken the GPU away. The picture comes back with it.';
 
 // Called with what happens to a model. `failed`: `final` says that the model will not come.
 /**
@@ -27,17 +32,26 @@ const taken = () => new DOMException('the model was taken away before it was the
 const nextFrame = () => new Promise((resolve) => requestAnimationFrame(resolve));
 
 export class ShownModel {
-  // `memory`: MiB; null: the device's default.
+  // `memory`: MiB; null: the device's default. `owner`: address of the owner's file; null: the one beside the model, if
+  // there is one; 'off': none. `drifts`: the camera moves slowly until it is touched.
   /**
    * @param {HTMLCanvasElement} canvas
    * @param {string} source
-   * @param {number | null} memory
+   * @param {{memory: number | null, owner: string | null, drifts: boolean, texts: Texts}} options
    * @param {Listener} listener
    */
-  constructor(canvas, source, memory, listener) {
+  constructor(canvas, source, {memory, owner, drifts, texts}, listener) {
     this.listener = listener;
-    this.viewer = new Viewer(
-        canvas, {...partsOfAddress(source), memory: memory ?? defaultMemory(), texels: 'auto', shaders});
+    this.drifts = drifts;
+    /** @type {Drift | null} */
+    this.drift = null;
+    const parts = partsOfAddress(source);
+    this.viewer = new Viewer(canvas, {...parts, memory: memory ?? defaultMemory(), texels: 'auto', shaders, texts});
+    this.mayLackOwner = owner === null;
+    this.ownersFile = owner === 'off' ? '' : owner === null ? ownersFileOf(parts.model) :
+      new URL(owner, document.baseURI).href;
+    this.owner = emptyPageFile();
+    this.complaint = '';  // about the owner's file
     this.closed = false;
     /** @type {string[]} */
     this.errors = [];
@@ -54,13 +68,14 @@ export class ShownModel {
       listener.progressed(done, total, ended);
     };
     viewer.missing = (line) => {
-      this.errors = line === '' ? [] : [line];
-      listener.missing(line);
+      this.errors = [this.complaint, line].filter(Boolean);
+      listener.missing(this.errors.join(' '));
       if (line !== '' && !viewer.losses.parts.get('scene')?.final) listener.failed(line, false);
     };
     viewer.gpuLost = (lost) => {
-      listener.missing(lost ? GPU_LOST : '');
-      if (lost) listener.failed(GPU_LOST, false);
+      const line = lost ? viewer.texts.say('gpuLostInElement') : '';
+      listener.missing(line);
+      if (lost) listener.failed(line, false);
     };
     viewer.failed = (error) => this.fail(error);
   }
@@ -68,20 +83,25 @@ export class ShownModel {
   /** @param {Error} error */
   fail(error) {
     if (this.closed) return;
-    this.errors = [error.message];
-    this.listener.missing(error.message);
-    this.listener.failed(error.message, true);
+    const line = this.viewer.texts.of(error);
+    this.errors = [line];
+    this.listener.missing(line);
+    this.listener.failed(line, true);
   }
 
   // Resolves once every file is loaded that the server has. Throws if there is no model, or once it is closed.
   async load() {
     const {viewer, listener} = this;
     try {
-      await opened(viewer);
+      const [said] = await Promise.all([
+        readPageFile(viewer.files, this.ownersFile, this.mayLackOwner), opened(viewer),
+      ]);
+      this.takeOwner(said);
+      this.drift = this.drifts ? new Drift(viewer, viewer.canvas) : null;
       interact(viewer, () => {
         this.arrive();
         listener.drawn();
-      });
+      }, this.drift);
       listener.moved();
       await viewer.load();
     } catch (error) {
@@ -89,6 +109,21 @@ export class ShownModel {
       this.fail(error instanceof Error ? error : new Error(String(error)));
       throw error;
     }
+  }
+
+  // Shows what the owner's file says: the first view, what is up, and the shown part of the surface.
+  /** @param {{file: PageFile, complaint: Error | null}} said */
+  takeOwner({file, complaint}) {
+    const {viewer} = this;
+    this.owner = file;
+    viewer.navigation.setUp(file.up);
+    if (file.view) viewer.navigation.set(poseOfSaved(file.view), file.view.fov);
+    const part = shownPart(file);
+    if (part) viewer.setShownPart(part);
+    if (!complaint) return;
+    this.complaint = viewer.texts.of(complaint);
+    viewer.missing(viewer.losses.line());
+    this.listener.failed(this.complaint, false);
   }
 
   // Ends requests and drawing, and gives back what is on the GPU with the context.

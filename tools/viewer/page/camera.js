@@ -12,7 +12,7 @@ export const subtract = (a, b) => add(a, b, -1);
 /** @param {Vector} a @param {number} factor @returns {Vector} */
 export const times = (a, factor) => [a[0] * factor, a[1] * factor, a[2] * factor];
 /** @param {Vector} a @param {Vector} b @returns {Vector} */
-const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
+export const cross = (a, b) => [a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]];
 /** @param {Vector} a */
 export const length = (a) => Math.hypot(a[0], a[1], a[2]);
 /** @param {Vector} a */

@@ -15,10 +15,18 @@ export function stickMove(value) {
   return beyond > 0 ? Math.sign(value) * Math.min(1, beyond) ** 2 : 0;
 }
 
+const gamepad = () => navigator.getGamepads?.().find((each) => each?.connected && each.mapping === 'standard');
+
+// Returns whether the visitor holds anything of the gamepad.
+export function isGamepadHeld() {
+  const pad = gamepad();
+  return Boolean(pad && (pad.buttons.some(({pressed}) => pressed) || pad.axes.some((value) => stickMove(value) !== 0)));
+}
+
 // Moves by what is held of the first gamepad of the standard layout, for a time. Returns false if nothing is held.
 /** @param {Navigation} navigation @param {number} seconds */
 export function advanceByGamepad(navigation, seconds) {
-  const pad = navigator.getGamepads?.().find((each) => each?.connected && each.mapping === 'standard');
+  const pad = gamepad();
   if (!pad) return false;
   const [right, down, turnRight, turnDown] = [0, 1, 2, 3].map((axis) => stickMove(pad.axes[axis] ?? 0));
   const lower = (pad.buttons[LEFT_TRIGGER]?.value ?? 0) - (pad.buttons[RIGHT_TRIGGER]?.value ?? 0);

@@ -1,12 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Keeps a viewer drawing, in the size of its canvas, and lets visitors move its camera.
 import {Controls} from './controls.js';
+/** @import {Drift} from './drift.js' */
 /** @import {Viewer} from './viewer.js' */
 
 // Draws what the viewer has until it is closed, and moves its camera by mouse, touch and keyboard. `drawn` is called
-// before each frame.
-/** @param {Viewer} viewer @param {() => void} drawn */
-export function interact(viewer, drawn = () => {}) {
+// before each frame. The camera moves by itself as long as `drift` says that it does.
+/** @param {Viewer} viewer @param {() => void} drawn @param {Drift | null} drift */
+export function interact(viewer, drawn = () => {}, drift = null) {
   const {canvas, navigation} = viewer;
   const controls = new Controls(canvas, navigation, (x, y) => viewer.pick(x, y), () => viewer.moved());
   const observer = new ResizeObserver(() => viewer.resize());
@@ -17,6 +18,8 @@ export function interact(viewer, drawn = () => {}) {
   });
   viewer.run((seconds) => {
     drawn();
-    return controls.advance(seconds);
+    if (!drift?.advance(seconds)) return controls.advance(seconds);
+    viewer.invalidate();  // not moved(): the address stays as it is
+    return false;
   });
 }

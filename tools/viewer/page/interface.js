@@ -1,16 +1,15 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The elements around the picture: progress, buttons, thumbnails, legend, messages.
 import {button, element, part} from './elements.js';
+import {putText} from './texts/fill.js';
 /** @import {SiteFiles} from './reading/site_files.js' */
-/** @import {Actions, Mode, Scene, View} from './types.d.ts' */
+/** @import {Texts} from './texts/texts.js' */
+/** @import {Actions, Mode, SaidKey, Scene, View} from './types.d.ts' */
 
+/** @type {Record<Mode, SaidKey | null>} */
 const LEGENDS = {
-  picture: '',
-  winner: 'One colour for each photograph: the one that counts most here. Grey: none.',
-  weights: 'Red, green, blue: what the best, second and third photograph count.',
-  coverage: 'How many photographs show this place: red one, yellow four, green eight and more. Grey: none.',
-  geometry: 'The mesh alone.',
-  colours: 'The mean of all photographs, as any other program shows it.',
+  picture: null, winner: 'ofWinner', weights: 'ofWeights', coverage: 'ofCoverage', geometry: 'ofGeometry',
+  colours: 'ofColours',
 };
 
 // Buttons that need a model.
@@ -18,12 +17,10 @@ const OF_A_MODEL = ['walk', 'hold', 'save', 'more'];
 
 const LINK_TOLD_MS = 2500;  // how long a button says that the link is copied
 
-const GPU_LOST =
-    'The browser has taken the GPU away. The picture comes back with it; if it does not, load the page again.';
-
 export class Interface {
-  /** @param {Actions} actions */
-  constructor(actions) {
+  /** @param {Texts} texts @param {Actions} actions */
+  constructor(texts, actions) {
+    this.texts = texts;
     this.actions = actions;
     this.notice = '';
     const mode = element('mode', HTMLSelectElement);
@@ -66,16 +63,15 @@ export class Interface {
   // Copies the address of this view, where the browser lets it.
   async copyLink() {
     const shown = button('link');
-    const words = shown.textContent;
     this.actions.writeAddress();
     try {
       await navigator.clipboard.writeText(location.href);
-      shown.textContent = 'Link copied';
+      shown.textContent = this.texts.say('linkCopied');
     } catch {
-      shown.textContent = 'It is the page’s address';
+      shown.textContent = this.texts.say('linkIsAddress');
     }
     setTimeout(() => {
-      shown.textContent = words;
+      shown.textContent = this.texts.say('copyLink');
     }, LINK_TOLD_MS);
   }
 
@@ -108,7 +104,7 @@ export class Interface {
     shown.title = view.name;
     shown.dataset.slot = String(slot);
     shown.dataset.content = `${slot} ${view.thumbnail}`;
-    shown.setAttribute('aria-label', `Photograph ${view.name}`);
+    shown.setAttribute('aria-label', this.texts.say('photographNamed', {name: view.name}));
     shown.append(image);
     shown.addEventListener('click', () => this.actions.jump(slot));
     return shown;
@@ -117,20 +113,21 @@ export class Interface {
   /** @param {Mode} mode */
   showMode(mode) {
     element('mode', HTMLSelectElement).value = mode;
-    part('legend').textContent = LEGENDS[mode];
-    part('legend').hidden = LEGENDS[mode] === '';
+    const legend = LEGENDS[mode];
+    part('legend').textContent = legend ? this.texts.say(legend) : '';
+    part('legend').hidden = legend === null;
   }
 
   /** @param {boolean} orbits */
   showOrbits(orbits) {
     button('walk').setAttribute('aria-pressed', String(!orbits));
-    button('walk').title = orbits ? 'A drag turns around the surface' : 'A drag turns the head';
+    button('walk').title = this.texts.say(orbits ? 'turnsAround' : 'turnsHead');
   }
 
   /** @param {boolean} on */
   showHold(on) {
     button('hold').setAttribute('aria-pressed', String(on));
-    button('hold').title = on ? 'The camera returns to photographed areas' : 'The camera may go anywhere';
+    button('hold').title = this.texts.say(on ? 'returns' : 'goesAnywhere');
   }
 
   // `done` of `total` photographs are there. `ended`: there is nothing to wait for.
@@ -151,7 +148,7 @@ export class Interface {
 
   /** @param {boolean} lost */
   showGpuLost(lost) {
-    this.showLine('gpu', lost ? GPU_LOST : '');
+    this.showLine('gpu', lost ? this.texts.say('gpuLost') : '');
   }
 
   /** @param {string} id @param {string} line */
@@ -171,12 +168,7 @@ export class Interface {
   showNotice(text) {
     if (this.notice === text) return;
     this.notice = text;
-    const parts = text.split('`').map((words, i) => {
-      const shown = document.createElement(i % 2 ? 'code' : 'span');
-      shown.textContent = words;
-      return shown;
-    });
-    part('notice-text').replaceChildren(...parts);
+    putText(part('notice-text'), text);
     part('notice').hidden = text === '';
   }
 

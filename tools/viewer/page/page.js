@@ -2,19 +2,26 @@
 // The page of a site. For other pages: `openModel(canvas, options)` shows a site's model in a canvas of their own.
 import {parseAddress, printAddress} from './address.js';
 import {Comparison} from './over/comparing.js';
+import {Drift} from './drift.js';
 import {button, part} from './elements.js';
+import {Headset} from './headset/headset.js';
+import {connectHeadset} from './headset/headset_button.js';
 import {interact} from './interaction.js';
 import {Interface, showFailure} from './interface.js';
 import {Marks} from './over/marks.js';
 import {Measuring} from './over/measuring.js';
 import {PageEditor} from './owner/editor.js';
-import {OwnerPage, readPageFile} from './owner/owner_page.js';
+import {OwnerPage} from './owner/owner_page.js';
+import {readPageFile} from './owner/read_page_file.js';
 import {Panels} from './panels.js';
 import {KeyFrames} from './path/key_frames.js';
 import {save} from './saving.js';
+import {QuietControls} from './quiet_controls.js';
 import {viewsOf} from './reading/model.js';
 import {boundOfWeight} from './drawing/ranked_references.js';
 import {texelForm} from './drawing/photograph_forms.js';
+import {fillTexts} from './texts/fill.js';
+import {Texts, languageOf} from './texts/texts.js';
 import {MEBIBYTE, Viewer, defaultMemory} from './viewer.js';
 import {Walking} from './walking.js';
 /** @import {LengthUnit, Overrun, PageFile, ViewerOptions} from './types.d.ts' */
@@ -64,25 +71,24 @@ function linkAddress(viewer, page) {
   });
 }
 
-/** @param {Overrun} overrun */
-function memoryNotice({all, mesh, allowed, enough}) {
-  return `This model takes up to ${Math.ceil(all)} MiB of the GPU's memory, ${Math.round(mesh)} of them for its ` +
-      `mesh, and this page is to take at most ${allowed}: build the model with fewer faces ` +
-      `(\`lumatlas build --faces\`), or add \`?memory=${enough}\` to this page's address.`;
-}
+/** @param {Texts} texts @param {Overrun} overrun */
+const memoryNotice = (texts, {all, mesh, allowed, enough}) =>
+  texts.say('tooLarge', {all: Math.ceil(all), mesh: Math.round(mesh), allowed, enough});
 
 /** @param {Viewer} viewer */
 function memoryLine(viewer) {
   if (!viewer.isOpen() || !viewer.renderer.photographs) return '';
   const {bytes, allowed, photographs, room, texels} = viewer.gpuMemory();
-  const mebibytes = [bytes, allowed].map((value) => Math.round(value / MEBIBYTE));
-  return `${photographs} of ${viewsOf(viewer.scene).length} photographs are on the GPU, which has ` +
-      `room for ${room}: ${mebibytes[0]} of ${mebibytes[1]} MiB, texels in the form ${texels}.`;
+  const mebibytes = (/** @type {number} */ value) => Math.round(value / MEBIBYTE);
+  return viewer.texts.say('memory', {
+    there: photographs, all: viewsOf(viewer.scene).length, room, bytes: mebibytes(bytes), allowed: mebibytes(allowed),
+    form: texels,
+  });
 }
 
 /** @param {Viewer} viewer */
 function connect(viewer) {
-  const page = new Interface({
+  const page = new Interface(viewer.texts, {
     mode: (mode) => {
       viewer.setMode(mode);
       page.showMode(viewer.mode);
@@ -105,7 +111,7 @@ function connect(viewer) {
       page.showOrbits(viewer.navigation.orbits);
     },
   });
-  viewer.crowded = (overrun) => page.showNotice(overrun ? memoryNotice(overrun) : '');
+  viewer.crowded = (overrun) => page.showNotice(overrun ? memoryNotice(viewer.texts, overrun) : '');
   viewer.missing = (line) => page.showLosses(line);
   viewer.gpuLost = (lost) => {
     page.showGpuLost(lost);
@@ -115,7 +121,7 @@ function connect(viewer) {
     const {photographs} = viewer.renderer;
     if (!photographs) return;
     const {done, total, ended} = viewer.residents.progress();
-    page.showProgress(`${done} of ${total} photographs`, done, total, ended);
+    page.showProgress(viewer.texts.say('loaded', {done, total}), done, total, ended);
     document.documentElement.dataset.photographs = `${done}/${total}`;
     document.documentElement.dataset.scale = photographs.layout.scale.toFixed(3);
   };
@@ -127,8 +133,8 @@ function connect(viewer) {
 async function keepUp(viewer, page) {
   let ended = false;
   const tell = () => {
-    page.showNote(ended ? 'The program that made this does not answer.' :
-                          `${viewsOf(viewer.scene).length} photographs, more may come`);
+    const {texts, scene} = viewer;
+    page.showNote(ended ? texts.say('programSilent') : texts.say('more', {count: viewsOf(scene).length}));
   };
   const {followed} = viewer;
   viewer.followed = () => {
@@ -146,8 +152,8 @@ async function keepUp(viewer, page) {
 }
 
 // Shows an open model in the page, and what its owner says of it.
-/** @param {Viewer} viewer @param {Interface} page @param {PageFile} pageFile */
-function showModel(viewer, page, pageFile) {
+/** @param {Viewer} viewer @param {Interface} page @param {PageFile} pageFile @param {URLSearchParams} asked */
+function showModel(viewer, page, pageFile, asked) {
   const {scene} = viewer;
   if (scene.poster) page.showPoster(viewer.files, scene.poster);
   viewer.followed = () => {
@@ -166,17 +172,20 @@ function showModel(viewer, page, pageFile) {
     page.showOrbits(viewer.navigation.orbits);
   });
   tools.owner.goToFirstView();
+  viewer.quietly(connectHeadset(tools.headset, viewer.texts));
   linkAddress(viewer, page);
-  Object.assign(window, {lumatlasTools: tools});  // for the console
+  const isDrifting = asked.get('drift') !== 'off' && !viewer.live && !parseAddress(location.hash);
+  const drift = isDrifting ? new Drift(viewer, window) : null;
+  Object.assign(window, {lumatlasTools: {...tools, drift, quiet: new QuietControls()}});  // for the console
   interact(viewer, () => {
     if (viewer.hasMesh) page.hidePoster();
     for (const tool of [tools.path, tools.comparison, tools.marks]) tool.follow();
-  });
+  }, drift);
 }
 
 // The unit of lengths in a model: metres where it has a place on the Earth.
-/** @returns {LengthUnit} */
-const lengthUnit = () => ({name: document.documentElement.dataset.unit ?? 'scene units', length: 1});
+/** @param {Texts} texts @returns {LengthUnit} */
+const lengthUnit = (texts) => ({name: document.documentElement.dataset.unit ?? texts.say('sceneUnits'), length: 1});
 
 // Connects the tools that lie over the picture and follow its camera.
 /** @param {Viewer} viewer @param {PageFile} pageFile */
@@ -184,7 +193,7 @@ function startTools(viewer, pageFile) {
   new Panels().add({button: button('more'), panel: part('tools'), toggled: () => {}});
   const marks = new Marks(viewer, part('marks'));
   viewer.finished = () => marks.look();
-  const measuring = new Measuring(viewer, marks, lengthUnit());
+  const measuring = new Measuring(viewer, marks, lengthUnit(viewer.texts));
   const owner = new OwnerPage(viewer, marks, measuring, pageFile);
   button('first-view').addEventListener('click', () => owner.flyToFirstView());
   const editor = new PageEditor(viewer, owner);
@@ -202,28 +211,33 @@ function startTools(viewer, pageFile) {
   panels.add({button: button('path'), panel: part('pathing'), toggled: (open) => path.turn(open)});
   panels.add({button: button('edit'), panel: part('editing'), toggled: (open) => editor.turn(open)});
   panels.add({button: button('measure'), panel: part('measuring'), toggled: (open) => measuring.turn(open)});
-  return {comparison: new Comparison(viewer), marks, measuring, path, owner, editor, walking: new Walking(viewer)};
+  const headset = new Headset(viewer, () => measuring.unit);
+  const [comparison, walking] = [new Comparison(viewer), new Walking(viewer)];
+  return {comparison, marks, measuring, path, owner, editor, walking, headset};
 }
 
 /** @param {HTMLCanvasElement} canvas */
 async function main(canvas) {
   const asked = new URLSearchParams(location.search);
   const wanted = Number(asked.get('memory'));
+  const texts = new Texts(languageOf([asked.get('lang'), ...navigator.languages]));
+  fillTexts(texts);
   const fail = (/** @type {unknown} */ error) => {
     document.documentElement.dataset.state = 'failed';
-    showFailure(error instanceof Error ? error.message : String(error));
+    showFailure(texts.of(error));
     console.error(error);
   };
   try {
     const {live, model, pageFile} = document.documentElement.dataset;
-    const options = {memory: wanted > 0 ? wanted : defaultMemory(), texels: asked.get('texels') ?? 'auto', live, model};
+    const memory = wanted > 0 ? wanted : defaultMemory();
+    const options = {memory, texels: asked.get('texels') ?? 'auto', live, model, texts};
     const viewer = new Viewer(canvas, {base: document.baseURI, ...options});
     const page = connect(viewer);
     viewer.failed = fail;
-    page.showProgress(live ? 'waits for the first photographs' : 'the mesh', 0, 1);
+    page.showProgress(texts.say(live ? 'waits' : 'theMesh'), 0, 1);
     const [said] = await Promise.all([readPageFile(viewer.files, pageFile), viewer.open()]);
-    page.showLine('page-file', said.complaint);
-    showModel(viewer, page, said.file);
+    page.showLine('page-file', said.complaint ? texts.of(said.complaint) : '');
+    showModel(viewer, page, said.file, asked);
     Object.assign(window, {lumatlas: viewer});  // for the console, and for pages around this one
     await viewer.load();
     document.documentElement.dataset.state = 'complete';

@@ -2,6 +2,8 @@
 // Types of what the page's modules hand to each other. Only the type checker reads this file; it is no part of a site.
 
 import type {Chunks} from './reading/chunks.js';
+import type {EN} from './texts/en.js';
+import type {Texts} from './texts/texts.js';
 
 export type Vector = number[];    // x, y, z
 export type Rotation = number[];  // nine numbers, row by row: camera from world coordinates
@@ -305,6 +307,18 @@ export interface CellPlace {
 export type Mode = 'picture' | 'winner' | 'weights' | 'coverage' | 'geometry' | 'colours';
 export type Quality = 'auto' | 'sharp' | 'fast';
 
+// Keys of the page's texts; SaidKey also has those of which a count chooses.
+export type TextKey = keyof typeof EN;
+type CountedKey<Key> = Key extends `${infer Name}.one` ? Name : never;
+export type SaidKey = Exclude<TextKey, `${string}.${string}`> | CountedKey<TextKey>;
+export type SaidValues = Record<string, string | number | Said>;
+
+// A text before the language is chosen.
+export interface Said {
+  key: SaidKey;
+  values?: SaidValues;
+}
+
 // Settings for a bad network; see fetching.js.
 export interface NetworkOptions {
   tries?: number;           // tries of each request, at least 1
@@ -325,6 +339,7 @@ export interface ViewerOptions {
   signal?: AbortSignal;      // ends the viewer
   gl?: WebGL2RenderingContext;  // a context to share; otherwise the viewer makes its canvas' own
   shaders?: Shaders;         // otherwise the viewer fetches those of the site
+  texts?: Texts;             // the language of messages; otherwise English
 }
 
 // A point of the surface. `deviation`: standard deviation of the surface there, scene units; null: it is not known.

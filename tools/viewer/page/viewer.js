@@ -2,7 +2,7 @@
 // Shows a site's model in a canvas: fetches it, draws what its camera sees, and keeps it after a loss of the network or
 // of the GPU.
 import {MODES} from './address.js';
-import {cameraAt} from './camera.js';
+import {cameraAt, lookingAlong} from './camera.js';
 import {FetchFailure} from './reading/fetching.js';
 import {ContextLost, Fence} from './drawing/gl_objects.js';
 import {makeLayout} from './drawing/layout.js';
@@ -16,6 +16,7 @@ import {Renderer, partsOf} from './drawing/renderer.js';
 import {ResidentChunks} from './drawing/resident_chunks.js';
 import {Residents} from './drawing/residents.js';
 import {SiteFiles} from './reading/site_files.js';
+import {ENGLISH, TextError} from './texts/texts.js';
 /** @import {Chunks} from './reading/chunks.js' */
 /** @import {LossPart} from './reading/losses.js' */
 /** @import {PictureTarget} from './drawing/gl_objects.js' */
@@ -40,6 +41,7 @@ const MOST_FOR_CHUNKS = 1 / 2;  // share of what pictures do not take
 const CHUNKS_VARY = 1.25;    // from the first of them
 const PROGRAMS_MS = 100;    // after which programs may have been compiled
 const FIELD_OF_VIEW = 50;   // degrees
+const RAY_FOV = 1;          // degrees of the one pixel that looks along a ray
 const PHONE_MIB = 100;      // GPU memory that a phone gives a page without closing others
 const DESKTOP_MIB = 200;
 
@@ -60,7 +62,7 @@ function contentOfScene(scene) {
 function contextOf(canvas) {
   const gl = canvas.getContext(
       'webgl2', {alpha: false, antialias: false, depth: false, powerPreference: 'high-performance'});
-  if (!gl) throw new Error('This page needs WebGL 2, which this browser does not have or has switched off.');
+  if (!gl) throw new TextError('noWebGl');
   return gl;
 }
 
@@ -72,7 +74,8 @@ export class Viewer {
     this.shares = options.gl !== undefined;  // the canvas is another program's too
     this.closing = new AbortController();
     this.files = new SiteFiles(options.base, {...options.network, signal: this.closing.signal});
-    this.losses = new Losses((line) => this.missing(line));
+    this.texts = options.texts ?? ENGLISH;
+    this.losses = new Losses(this.texts, (line) => this.missing(line));
     this.memory = options.memory;
     this.live = options.live;
     this.file = options.model ?? 'tileset.json';
@@ -102,6 +105,7 @@ export class Viewer {
     /** @type {Promise<void> | null} */
     this.loading = null;
     this.loadsLater = false;
+    this.rests = false;  // a headset shows the pictures
     /** @type {Vector} */
     this.offset = [0, 0, 0];  // input position = position in the model + offset
     this.resident = new Uint32Array();  // for each tile of the scene, 1 or 0
@@ -656,6 +660,7 @@ export class Viewer {
   }
 
   resize() {
+    if (this.rests) return;
     const {canvas} = this;
     const [width, height] = this.sizes.whole();
     if (canvas.width === width && canvas.height === height) return;
@@ -681,6 +686,23 @@ export class Viewer {
       this.dirty = true;
       this.still = null;
     }
+  }
+
+  // Leaves the canvas alone, and frees the targets of its pictures, while a headset shows pictures of drawTarget().
+  rest() {
+    this.rests = true;
+    this.still = this.target = this.drawn = null;
+    this.renderer.targets.release();
+  }
+
+  // Draws in the canvas again.
+  goOn() {
+    if (this.closing.signal.aborted) return;
+    this.rests = false;
+    this.target = this.drawn = null;
+    this.renderer.targets.release();
+    this.resize();
+    this.moved();
   }
 
   moved() {
@@ -719,6 +741,7 @@ export class Viewer {
       requestAnimationFrame(frame);
       const seconds = (now - last) / 1000;
       last = now;
+      if (this.rests) return;
       try {
         if (this.navigation.advance(now) || advance(seconds)) this.moved();
         this.step(now);
@@ -908,6 +931,16 @@ export class Viewer {
     const {renderer} = this;
     const depth = renderer.depthAt(target, inside(x, box.width, target.width), inside(y, box.height, target.height));
     return depth < renderer.scene.depth_before_far ? depth : 0;
+  }
+
+  // Returns how far the surface is from a position along a direction, which has the length one; Infinity: there is
+  // none, or only one that is far.
+  /** @param {Vector} from @param {Vector} direction */
+  distanceAlong(from, direction) {
+    if (!this.hasMesh || this.gl.isContextLost()) return Infinity;
+    const rotation = lookingAlong(direction, this.navigation.up);
+    const {depth} = this.renderer.surfaceOfPixel(cameraAt({position: from, rotation}, RAY_FOV, 1, 1));
+    return depth > 0 && depth < this.scene.depth_before_far ? depth : Infinity;
   }
 
   // A camera's picture as `lumatlas render` draws it: RGBA, row by row from the top, with alpha 0 where there is no

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Walking: the camera stays at eye height above the surface, and stops before surface that is in its way.
-import {add, cameraAt, dot, length, lookingAlong, subtract, times} from './camera.js';
+import {add, dot, length, subtract, times} from './camera.js';
 /** @import {Viewer} from './viewer.js' */
 /** @import {Vector} from './types.d.ts' */
 
@@ -9,7 +9,6 @@ const KNEE_SHARE = 0.5;      // of the eye height, below the eyes: what stands t
 const CLIMB_SHARE = 0.5;     // of the eye height, that the ground may rise or fall at a step
 const CLIMB_PART = 0.35;     // part of a rise that is taken with each step, so that stairs are no jolts
 const EYE_DEPTHS = 0.5;      // eye height where there is no ground below, in typical depths
-const RAY_FOV = 1;           // degrees of the one pixel that looks along a ray
 
 export class Walking {
   /** @param {Viewer} viewer */
@@ -34,11 +33,7 @@ export class Walking {
   // Returns how far the surface is along a direction, which has the length one; Infinity: there is none.
   /** @param {Vector} from @param {Vector} direction */
   distance(from, direction) {
-    const {renderer, navigation, scene} = this.viewer;
-    if (!this.viewer.hasMesh || this.viewer.gl.isContextLost()) return Infinity;
-    const rotation = lookingAlong(direction, navigation.up);
-    const {depth} = renderer.surfaceOfPixel(cameraAt({position: from, rotation}, RAY_FOV, 1, 1));
-    return depth > 0 && depth < scene.depth_before_far ? depth : Infinity;
+    return this.viewer.distanceAlong(from, direction);
   }
 
   // Returns where a step from one position to another leads.

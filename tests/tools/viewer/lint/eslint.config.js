@@ -5,6 +5,28 @@ import js from '@eslint/js';
 const FETCHES = ['fetch', 'XMLHttpRequest', 'WebSocket', 'EventSource'];
 const GL_OBJECTS = 'Texture|Buffer|Framebuffer|Renderbuffer|VertexArray|Program|Shader|Sampler|Query|TransformFeedback';
 
+const OF_GL = {
+  selector: `CallExpression > MemberExpression > Identifier.property[name=/^((create|delete)(${GL_OBJECTS})|fenceSync|deleteSync)$/]`,
+  message: 'gl_objects.js makes and deletes what is on the GPU.',
+};
+
+// What visitors read stands in the tables of texts: words with a space between them, and what becomes an element's text.
+const WORDS = '/[A-Za-z]{2,}[,.:]? [A-Za-z]{2,}/';
+const SHOWN = '/^(textContent|innerText|title|alt|placeholder|ariaLabel)$/';
+const INSIDE_TABLES = 'texts/en.js and the other tables hold what visitors read.';
+const OTHERWISE = 'NewExpression[callee.name=/Error$/] *, ' +
+    'CallExpression[callee.name="matchMedia"] *, ' +
+    'CallExpression[callee.property.name=/^(matches|querySelector|querySelectorAll)$/] *';
+const TEXTS = [
+  `Literal[value=${WORDS}]:not(${OTHERWISE})`,
+  `TemplateElement[value.raw=${WORDS}]:not(${OTHERWISE})`,
+  `AssignmentExpression[left.property.name=${SHOWN}] > Literal.right[value=/[A-Za-z]{2}/]`,
+  `AssignmentExpression[left.property.name=${SHOWN}] > TemplateLiteral.right > TemplateElement[value.raw=/[A-Za-z]{2}/]`,
+  'CallExpression[callee.property.name="setAttribute"][arguments.0.value=/^(aria-label|title|aria-valuetext)$/]' +
+      ' > :matches(Literal, TemplateLiteral)[value!=/^[a-z-]+$/]:nth-child(2)',
+  'CallExpression[callee.name="actionButton"] > Literal[value=/[A-Za-z]/]',
+].map((selector) => ({selector, message: INSIDE_TABLES}));
+
 export default [
   js.configs.recommended,
   {
@@ -31,6 +53,10 @@ export default [
     },
   },
   {
+    files: ['**/page/texts/??.js'],
+    rules: {'max-len': 'off'},  // a text is one line
+  },
+  {
     files: ['**/page/**/*.js'],
     ignores: ['**/fetching.js'],
     rules: {
@@ -39,12 +65,13 @@ export default [
   },
   {
     files: ['**/page/**/*.js'],
+    ignores: ['**/gl_objects.js', '**/page/texts/??.js'],
+    rules: {'no-restricted-syntax': ['error', OF_GL, ...TEXTS]},
+  },
+  {
+    // These name passes and programs, and say what is wrong with a file's bytes.
+    files: ['**/page/drawing/*.js', '**/page/reading/meshopt.js'],
     ignores: ['**/gl_objects.js'],
-    rules: {
-      'no-restricted-syntax': ['error', {
-        selector: `CallExpression > MemberExpression > Identifier.property[name=/^((create|delete)(${GL_OBJECTS})|fenceSync|deleteSync)$/]`,
-        message: 'gl_objects.js makes and deletes what is on the GPU.',
-      }],
-    },
+    rules: {'no-restricted-syntax': ['error', OF_GL]},
   },
 ];

@@ -86,6 +86,30 @@ async function checkWheel(page) {
   assert.deepEqual(seen, {before: false, focused: true, still: [-1, 'none'], again: 'auto'});
 }
 
+// The attribute "drift" moves the camera until it is touched, or the attribute goes.
+async function checkDrift(page) {
+  const seen = await page.evaluate(async () => {
+    const model = document.getElementById('model');
+    const without = model._shown.drift;
+    const states = [];
+    model.setAttribute('drift', '');
+    for (const end of [() => model.removeAttribute('drift'), () => {
+      model.shadowRoot.querySelector('canvas').dispatchEvent(new PointerEvent('pointerdown', {pointerId: 1}));
+    }]) {
+      await model.load('/model/');
+      await model.coverage();
+      states.push(model._shown.drift.state);
+      end();
+      states.push(model._shown.drift.state);
+      model.setAttribute('drift', '');
+    }
+    model.removeAttribute('drift');
+    return {without, states};
+  });
+  assert.equal(seen.without, null);
+  assert.deepEqual(seen.states, ['waits', 'ended', 'waits', 'ended']);
+}
+
 // A second element shows a .glb at the same time; what is taken away leaves nothing on the GPU.
 async function checkLifetime(page) {
   const seen = await page.evaluate(async () => {
@@ -123,12 +147,71 @@ async function checkLifetime(page) {
   assert.ok(seen.coverage > 0.8);
 }
 
+// An element shows what the owner's file says, unless its attribute says otherwise. A wrong file is one sentence.
+async function checkOwner(page) {
+  const seen = await page.evaluate(async () => {
+    const model = document.getElementById('model');
+    const inside = (selector) => [...model.shadowRoot.querySelectorAll(selector)];
+    const hides = () => {
+      const {pieces} = model._shown.viewer.renderer.surface;
+      const sum = (lists) => lists.flat().reduce((a, b) => a + b, 0);
+      const all = [...pieces.values()];
+      return sum(all.map(({shown}) => shown)) / sum(all.map(({counts}) => counts));
+    };
+    const errors = [];
+    const note = ({detail}) => errors.push(detail);
+    model.addEventListener('error', note);
+    await model.load('/others/owned/');
+    const {owner, camera} = model;
+    const canvas = model.shadowRoot.querySelector('canvas');
+    await model.screenshot();
+    const [first] = inside('.mark');
+    const label = [canvas.getAttribute('aria-label'), first.getAttribute('aria-label'), first.style.transform !== ''];
+    first.click();
+    const opened = [inside('#card')[0].hidden, inside('#card')[0].innerText];
+    await new Promise((resolve) => setTimeout(resolve, 1500));
+    const flown = model.camera;
+    inside('#card button')[0].click();
+    const closed = inside('#card')[0].hidden;
+    const part = hides();
+    await model.screenshot();  // for the picture of this test
+    model.setAttribute('owner', 'off');
+    await model.load('/others/owned/');
+    await model.coverage();  // which the page asks for too
+    const off = {marks: inside('.mark').length, part: hides(), fov: model.camera.fov, title: model.owner.title};
+    model.setAttribute('owner', '/others/wrong.page.json');
+    await model.load('/others/owned/');
+    await model.coverage();
+    const wrong = [model.errors, inside('#line')[0].textContent, errors.slice()];
+    model.removeEventListener('error', note);
+    model.removeAttribute('owner');
+    return {owner, camera, label, opened, flown, closed, part, off, wrong};
+  });
+  assert.equal(seen.owner.title, 'A flat');
+  assert.equal(seen.owner.annotations.length, 2);
+  assert.deepEqual(seen.camera.position, [0.5, 0.25, 0.25]);
+  assert.equal(seen.camera.fov, 70);
+  assert.deepEqual(seen.label,
+                   ['A flat. The scene. Drag to turn, arrow keys and W A S D to move.', 'Annotation 1: Wall', true]);
+  assert.equal(seen.opened[0], false);
+  assert.match(seen.opened[1], /Wall\s+It is a wall\./);
+  assert.equal(seen.flown.fov, 60);
+  assert.deepEqual(seen.flown.position, [0.25, 0.25, 0.5]);
+  assert.equal(seen.closed, true);
+  assert.ok(seen.part > 0.1 && seen.part < 0.9, `${seen.part} of the surface is shown`);
+  assert.deepEqual({...seen.off, fov: seen.off.fov === 70}, {marks: 0, part: 1, fov: false, title: ''});
+  const complaint = 'page.json: it has the unknown field "titel".';
+  assert.deepEqual(seen.wrong, [[complaint], complaint, [{message: complaint, final: false}]]);
+}
+
 export async function checkElement(page) {
   await loaded(page);
   await checkState(page);
   await checkCamera(page);
   await checkStyle(page);
   await checkWheel(page);
+  await checkOwner(page);
+  await checkDrift(page);
   await checkLifetime(page);
 }
 
@@ -147,14 +230,20 @@ export async function checkNetwork(page, servers) {
     const line = model.shadowRoot.querySelector('p').textContent;
     const {errors} = model;
     await model.load(`${open}/others/model.glb`);
+    model.setAttribute('lang', 'de');
+    const german = await model.load('/nothing/').catch(() => model.errors[0]);
+    const label = model.shadowRoot.querySelector('canvas').getAttribute('aria-label');
+    model.removeAttribute('lang');
     const early = model.load('/model/').catch((error) => error.name);
     await model.load('/others/site/');
-    return {events, refused, line, errors, views: model.views.length, early: await early, last: model.errors};
+    return {german, label, events, refused, line, errors, views: model.views.length, early: await early, last: model.errors};
   }, servers);
   assert.equal(seen.refused.length, 2);
+  assert.match(seen.german, /das Modell|kann nicht geladen werden: der Server sagt 404/);
+  assert.match(seen.label, /^Die Szene\./);
   assert.match(seen.refused[0], /404/);
   assert.match(seen.refused[1], /does not allow .*Access-Control-Allow-Origin/);
-  assert.deepEqual(seen.events, seen.refused.map((message) => ({message, final: true})));
+  assert.deepEqual(seen.events.slice(0, 2), seen.refused.map((message) => ({message, final: true})));
   assert.equal(seen.line, seen.refused[1]);
   assert.deepEqual(seen.errors, [seen.refused[1]]);
   assert.equal(seen.views, 8);

@@ -4,6 +4,7 @@
 // that a tile is a whole number of pixels, then tiles of the model stay tiles. Cells begin where all coarser levels
 // have a pixel's border, and a block's.
 import {viewsOf} from '../reading/model.js';
+import {TextError} from '../texts/texts.js';
 /** @import {Layout, CellPlace, Scene, TexelForm} from '../types.d.ts' */
 
 // Limits of every WebGL 2.
@@ -111,7 +112,7 @@ export function makeLayout(scene, form, bytes, shown) {
     layout = layoutWith(scene, form, tile, count);
   }
   scaleDown(LEAST_SCALE);
-  if (!layout.fits) throw new Error('the photographs are too many for this device');
+  if (!layout.fits) throw new TextError('tooMany');
   return layout;
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The forms in which the GPU holds photographs' texels: as they are, or in blocks of 4 x 4, for which there is a shader
 // of that name. Most screens' GPUs know BC7, most phones' ETC2; both have 16 bytes a block.
+import {TextError} from '../texts/texts.js';
 /** @import {TexelForm} from '../types.d.ts' */
 
 const PLAIN = 'rgb8';
@@ -21,12 +22,12 @@ function blocksOf(gl, name) {
 // {name, internal, texelBytes, blocks}. `wanted`: 'auto' takes the first blocks that the device knows.
 /** @param {WebGL2RenderingContext} gl @returns {TexelForm} */
 export function texelForm(gl, wanted = 'auto') {
-  if (!TEXEL_FORMS.includes(wanted)) throw new Error(`texels are ${TEXEL_FORMS.join(', ')}, not "${wanted}"`);
+  if (!TEXEL_FORMS.includes(wanted)) throw new TextError('texelForms', {forms: TEXEL_FORMS.join(', '), wanted});
   const tried = Object.keys(BLOCKS).filter((name) => wanted === 'auto' || wanted === name);
   for (const name of tried) {
     const form = blocksOf(gl, name);
     if (form) return form;
   }
-  if (wanted in BLOCKS) throw new Error(`This device does not know texels of the form "${wanted}".`);
+  if (wanted in BLOCKS) throw new TextError('noTexelForm', {form: wanted});
   return {name: PLAIN, internal: gl.SRGB8_ALPHA8, texelBytes: 4, blocks: false};
 }

@@ -21,7 +21,7 @@ const NEAR_DEPTH_AT = 108;         // bytes into the block
 const MOST_OF_MEDIAN = 2;          // of a deviation, that counts at depth edges: see blend/soft_edges.h
 const BEHIND = 1 / 64;             // of its depth, by which a coarse surface is drawn behind a fine one
 const SURFACE_BYTES = 16 + 4;      // a pixel of the visible surface, with its depth
-const PICTURE_BYTES = 16 + 8 + 4;  // with depth, stencil, and the picture
+export const PICTURE_BYTES = 16 + 8 + 4;  // with depth, stencil, and the picture
 const EDGE_BYTES = 4;              // a pixel of variances of edges
 const STILL_BYTES = 4;
 const DIAGNOSIS_BYTES = 16 + 4;
@@ -537,13 +537,24 @@ export class Renderer {
    * @param {{above: Vector, below: Vector}} background
    */
   present(colour, width, height, background) {
+    this.presentIn(null, {x: 0, y: 0, width, height}, colour, background);
+  }
+
+  // The same in a part of a framebuffer, pixels from its bottom left corner; null: the canvas.
+  /**
+   * @param {WebGLFramebuffer | null} framebuffer
+   * @param {{x: number, y: number, width: number, height: number}} place
+   * @param {WebGLTexture} colour
+   * @param {{above: Vector, below: Vector}} background
+   */
+  presentIn(framebuffer, {x, y, width, height}, colour, background) {
     const {gl} = this;
     this.setState();
-    gl.bindFramebuffer(gl.FRAMEBUFFER, null);
-    gl.viewport(0, 0, width, height);
+    gl.bindFramebuffer(gl.FRAMEBUFFER, framebuffer);
+    gl.viewport(x, y, width, height);
     bindTexture(gl, 'image', gl.TEXTURE_2D, colour);
     const program = this.programs.use('present');
-    gl.uniform2f(program.uniform('canvas'), width, height);
+    gl.uniform4f(program.uniform('place'), x, y, width, height);
     gl.uniform3fv(program.uniform('above'), background.above);
     gl.uniform3fv(program.uniform('below'), background.below);
     gl.drawArrays(gl.TRIANGLES, 0, 3);

@@ -3,6 +3,7 @@
 import {poseOf, row, times} from '../camera.js';
 import {ContextLost, GlObjects} from './gl_objects.js';
 import {unitOf} from './programs.js';
+import {TextError} from '../texts/texts.js';
 /** @import {Layout, Scene, View} from '../types.d.ts' */
 
 export const TABLE_WIDTH = 2048;  // kTableWidth of blend/gl/gl_objects.h
@@ -58,7 +59,7 @@ export class Table {
     this.entries = values.length / components;
     this.rows = Math.max(1, Math.ceil(this.entries / TABLE_WIDTH));
     if (gl.isContextLost()) throw new ContextLost();
-    if (this.rows > gl.getParameter(gl.MAX_TEXTURE_SIZE)) throw new Error('a table is too large for this device');
+    if (this.rows > gl.getParameter(gl.MAX_TEXTURE_SIZE)) throw new TextError('tableTooLarge');
     const [format, internal] = real ? [gl.RGBA, gl.RGBA32F] : [
       [gl.RED_INTEGER, gl.R32UI], [gl.RG_INTEGER, gl.RG32UI], [], [gl.RGBA_INTEGER, gl.RGBA32UI],
     ][this.channels - 1];

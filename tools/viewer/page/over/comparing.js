@@ -5,7 +5,7 @@ import {button, element, part} from '../elements.js';
 import {FetchFailure} from '../reading/fetching.js';
 import {loadPhotograph} from '../reading/model.js';
 /** @import {Viewer} from '../viewer.js' */
-/** @import {Pose, View} from '../types.d.ts' */
+/** @import {Pose, SaidKey, View} from '../types.d.ts' */
 
 const AT_PHOTOGRAPH = 1e-3;     // in depths and radians
 const DIVIDER_STEP = 2;      // per cent of the picture's width
@@ -92,9 +92,9 @@ export class Comparison {
     button('compare').setAttribute('aria-pressed', String(this.on));
   }
 
-  /** @param {string} words */
-  tell(words) {
-    part('photograph-side').textContent = words;
+  /** @param {SaidKey} key */
+  tell(key) {
+    part('photograph-side').textContent = this.viewer.texts.say(key);
   }
 
   // Shows a photograph once it is there. A failed one is asked for again with the next comparison.
@@ -102,7 +102,7 @@ export class Comparison {
   async load(view, slot) {
     this.photograph = view.photograph;
     this.image.width = this.image.height = 0;
-    this.tell('The photograph is loading');
+    this.tell('photographLoads');
     try {
       const photograph = await loadPhotograph(this.viewer.files, view);
       if (this.photograph === view.photograph) this.draw(photograph, view, slot);
@@ -111,7 +111,7 @@ export class Comparison {
       if (!(error instanceof FetchFailure)) throw error;
       if (this.photograph !== view.photograph) return;
       this.photograph = '';
-      this.tell('The photograph cannot be loaded');
+      this.tell('photographFails');
     }
   }
 
@@ -132,7 +132,7 @@ export class Comparison {
       context.clearRect(tile % tiles.columns * side, Math.floor(tile / tiles.columns) * side, side, side);
       ++missing;
     }
-    this.tell(missing > 0 ? 'Photograph, in part' : 'Photograph');
+    this.tell(missing > 0 ? 'photographInPart' : 'photograph');
   }
 
   // Lays the photograph over the picture of its camera, whose principal point is the window's middle.
@@ -169,6 +169,7 @@ export class Comparison {
     this.at = Math.max(0, Math.min(100, percent));
     this.box.style.setProperty('--at', `${this.at}%`);
     this.divider.setAttribute('aria-valuenow', String(Math.round(this.at)));
-    this.divider.setAttribute('aria-valuetext', `${Math.round(this.at)} % photograph`);
+    const words = this.viewer.texts.say('dividerAt', {percent: Math.round(this.at)});
+    this.divider.setAttribute('aria-valuetext', words);
   }
 }

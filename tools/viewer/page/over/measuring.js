@@ -66,7 +66,7 @@ export class Measuring {
   /** @param {SurfacePoint | null} point */
   take(point) {
     if (!point) {
-      part('measured').textContent = 'There is no surface.';
+      part('measured').textContent = this.viewer.texts.say('noSurface');
       return;
     }
     if (this.points.length === 2) this.clear();
@@ -95,7 +95,7 @@ export class Measuring {
 
   tell() {
     const distance = this.distance();
-    let words = this.points.length === 0 ? 'Click a point of the surface.' : 'Click a second point.';
+    let words = this.viewer.texts.say(this.points.length === 0 ? 'firstPoint' : 'secondPoint');
     if (distance) words = lengthText(distance.value, distance.deviation, this.unit.name);
     part('measured').textContent = words;
     if (this.label) this.label.element.textContent = words;

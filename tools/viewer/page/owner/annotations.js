@@ -1,15 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The owner's annotations: numbered buttons at points of the surface. A click flies there and opens the text.
-import {add, length, lookingAlong, rotationOf, row, subtract} from '../camera.js';
 import {button, part} from '../elements.js';
+import {flyToAnnotation} from './owners_views.js';
 /** @import {Mark, Marks} from '../over/marks.js' */
 /** @import {Viewer} from '../viewer.js' */
-/** @import {Annotation, Pose, SavedView} from '../types.d.ts' */
-
-const NEAREST_SHARE = 0.5;  // of the typical depth, from which an annotation without a view is looked at
-
-/** @param {SavedView} view @returns {Pose} */
-export const poseOfSaved = ({position, turned}) => ({position: [...position], rotation: rotationOf(turned)});
+/** @import {Annotation} from '../types.d.ts' */
 
 export class Annotations {
   /** @param {Viewer} viewer @param {Marks} marks */
@@ -41,7 +36,7 @@ export class Annotations {
       shown.className = 'annotation';
       shown.textContent = String(i + 1);
       shown.title = annotation.title;
-      shown.setAttribute('aria-label', `Annotation ${i + 1}: ${annotation.title}`);
+      shown.setAttribute('aria-label', this.nameOf(i));
       shown.addEventListener('click', () => this.open(i));
       return this.marks.add(annotation.point, shown);
     });
@@ -49,12 +44,17 @@ export class Annotations {
     this.fillList();
   }
 
+  /** @param {number} i */
+  nameOf(i) {
+    return this.viewer.texts.say('annotationNamed', {number: i + 1, title: this.all[i].title});
+  }
+
   // Lists all beside the description, for keyboards and for points that are hidden.
   fillList() {
     part('annotation-list').replaceChildren(...this.all.map((annotation, i) => {
       const entry = document.createElement('li');
       const link = document.createElement('button');
-      link.textContent = annotation.title || `Annotation ${i + 1}`;
+      link.textContent = annotation.title || this.viewer.texts.say('annotation', {number: i + 1});
       link.addEventListener('click', () => this.open(i));
       entry.append(link);
       return entry;
@@ -72,10 +72,11 @@ export class Annotations {
     const annotation = this.all[this.opened];
     part('annotation-title').textContent = annotation.title;
     part('annotation-text').textContent = annotation.text;
-    part('annotation-place').textContent = `${this.opened + 1} of ${count}`;
+    const place = this.viewer.texts.say('placeOf', {number: this.opened + 1, count});
+    part('annotation-place').textContent = place;
     part('annotation').hidden = false;
     if (!wasOpen) button('annotation-close').focus();
-    this.flyTo(annotation);
+    flyToAnnotation(this.viewer.navigation, annotation);
     this.shown.forEach(({element}, i) => element.setAttribute('aria-expanded', String(i === this.opened)));
   }
 
@@ -87,18 +88,5 @@ export class Annotations {
     part('annotation').hidden = true;
     for (const {element} of this.shown) element.setAttribute('aria-expanded', 'false');
     if (hadFocus) (mark && !mark.hidden ? mark.element : this.viewer.canvas).focus();
-  }
-
-  // Goes to the annotation's view; without one, turns to its point, and comes nearer where it is far.
-  /** @param {Annotation} annotation */
-  flyTo({point, view}) {
-    const {navigation} = this.viewer;
-    if (view) return navigation.goTo(poseOfSaved(view), view.fov, performance.now());
-    const away = subtract(point, navigation.pose.position);
-    const distance = length(away);
-    const forward = distance > 0 ? away : row(navigation.pose.rotation, 2);
-    const near = Math.min(distance, NEAREST_SHARE * navigation.typicalDepth);
-    const position = add(point, forward, -near / (distance || 1));
-    navigation.goTo({position, rotation: lookingAlong(forward, navigation.up)}, navigation.fov, performance.now());
   }
 }

@@ -4,9 +4,10 @@ import {add, dot, lookingAlong, quaternionOf, rotationOf, row, times, turned} fr
 import {element, part, pathElement} from '../elements.js';
 import {projected} from '../over/surface_points.js';
 /** @import {Viewer} from '../viewer.js' */
-/** @import {CropBox, Rotation, Vector} from '../types.d.ts' */
+/** @import {CropBox, Rotation, SaidKey, Vector} from '../types.d.ts' */
 
-const SIDES = ['Left', 'Right', 'Bottom', 'Top', 'Back', 'Front'];  // least and most along each axis
+/** @type {SaidKey[]} */
+const SIDES = ['left', 'right', 'bottom', 'top', 'back', 'front'];  // least and most along each axis
 const STEPS = 200;           // of a slider
 const OUTLIERS = 0.002;      // share of vertices beyond a box's range at each side
 const AROUND = 0.15;         // share of the range, around it
@@ -54,12 +55,12 @@ export class CropControls {
     /** @type {CropFrame | null} */
     this.frame = null;
     this.frameKey = '';  // what the frame was made for
-    this.sliders = SIDES.map((name) => {
+    this.sliders = SIDES.map((side) => {
       const label = document.createElement('label');
       const slider = document.createElement('input');
       slider.type = 'range';
       slider.max = String(STEPS);
-      label.append(name, slider);
+      label.append(viewer.texts.say(side), slider);
       slider.addEventListener('input', () => this.take());
       return slider;
     });

@@ -95,9 +95,10 @@ export class PageEditor {
     const {view, up} = this.file;
     button('edit-no-view').disabled = view === null;
     button('edit-no-up').disabled = up === null;
-    let words = this.isChanged ? 'Changed: save it, or it is lost with this page.' : '';
-    if (this.placing === 'annotation') words = 'Click the point of the surface that you want to annotate.';
-    if (this.placing === 'hidden') words = 'Click what you want to hide.';
+    const {texts} = this.viewer;
+    let words = this.isChanged ? texts.say('unsaved') : '';
+    if (this.placing === 'annotation') words = texts.say('clickAnnotation');
+    if (this.placing === 'hidden') words = texts.say('clickHidden');
     part('edit-status').textContent = complaint || words;
   }
 
@@ -118,7 +119,7 @@ export class PageEditor {
     const name = element('edit-unit', HTMLInputElement).value.trim();
     const length = Number(element('edit-length', HTMLInputElement).value.replace(',', '.'));
     this.change({unit: name && length > 0 ? {name, length} : null});
-    if (name && !(length > 0)) this.tell('The length of a scene unit must be a number above 0.');
+    if (name && !(length > 0)) this.tell(this.viewer.texts.say('badLength'));
   }
 
   /** @param {'annotation' | 'hidden' | null} kind */
@@ -131,12 +132,13 @@ export class PageEditor {
 
   /** @param {SurfacePoint | null} tapped */
   place(tapped) {
-    if (!tapped) return this.tell('There is no surface.');
+    if (!tapped) return this.tell(this.viewer.texts.say('noSurface'));
     const {point} = tapped;
     const {placing, file} = this;
     this.startPlacing(null);
     if (placing === 'annotation') {
-      const added = {point, title: `Annotation ${file.annotations.length + 1}`, text: '', view: this.savedView()};
+      const title = this.viewer.texts.say('annotation', {number: file.annotations.length + 1});
+      const added = {point, title, text: '', view: this.savedView()};
       this.change({annotations: [...file.annotations, added]});
     } else {
       const radius = BALL_SHARE * this.viewer.navigation.typicalDepth;
@@ -158,17 +160,19 @@ export class PageEditor {
     title.maxLength = 200;
     text.maxLength = 5000;
     text.rows = 2;
-    title.setAttribute('aria-label', `Title of annotation ${i + 1}`);
-    text.setAttribute('aria-label', `Text of annotation ${i + 1}`);
+    const {texts} = this.viewer;
+    const number = i + 1;
+    title.setAttribute('aria-label', texts.say('titleOfAnnotation', {number}));
+    text.setAttribute('aria-label', texts.say('textOfAnnotation', {number}));
     title.addEventListener('input', () => this.changeAnnotation(i, {title: title.value}));
     text.addEventListener('input', () => this.changeAnnotation(i, {text: text.value}));
     const buttons = document.createElement('div');
     buttons.className = 'row';
     buttons.append(
-        actionButton('Set view', () => this.changeAnnotation(i, {view: this.savedView()}),
-                     `Show annotation ${i + 1} from here`),
-        actionButton('↑', () => this.moveAnnotation(i), `Move annotation ${i + 1} up`),
-        actionButton('Delete', () => this.deleteAnnotation(i), `Delete annotation ${i + 1}`));
+        actionButton(texts.say('setView'), () => this.changeAnnotation(i, {view: this.savedView()}),
+                     texts.say('setViewOf', {number})),
+        actionButton('↑', () => this.moveAnnotation(i), texts.say('moveAnnotationUp', {number})),
+        actionButton(texts.say('delete'), () => this.deleteAnnotation(i), texts.say('deleteAnnotation', {number})));
     entry.append(title, text, buttons);
     return entry;
   }
@@ -205,22 +209,24 @@ export class PageEditor {
     size.max = String(BALL_STEPS);
     const largest = LARGEST_BALL * this.viewer.navigation.typicalDepth;
     size.value = String(Math.round(BALL_STEPS * Math.sqrt(radius / largest)));
-    size.setAttribute('aria-label', `Size of hidden part ${i + 1}`);
+    const {texts} = this.viewer;
+    const number = i + 1;
+    size.setAttribute('aria-label', texts.say('sizeOfHidden', {number}));
     size.addEventListener('input', () => {
       const wanted = largest * (Number(size.value) / BALL_STEPS) ** 2;
       this.change({hidden: this.file.hidden.map((ball, at) => at === i ? {...ball, radius: wanted} : ball)});
     });
-    entry.append(size, actionButton('Show again', () => {
+    entry.append(size, actionButton(texts.say('showAgain'), () => {
       this.change({hidden: this.file.hidden.filter((_, at) => at !== i)});
       this.fillLists();
-    }, `Show hidden part ${i + 1} again`));
+    }, texts.say('showHiddenAgain', {number})));
     return entry;
   }
 
   download() {
     save(new Blob([printPageFile(this.file)], {type: 'application/json'}), PAGE_FILE_NAME);
     this.isChanged = false;
-    this.tell(`Saved as ${PAGE_FILE_NAME}: put it beside the model, under the model's name: MODEL.page.json.`);
+    this.tell(this.viewer.texts.say('pageFileSaved', {file: PAGE_FILE_NAME}));
   }
 
   // Takes a file of before in place of what is said now.
@@ -234,7 +240,7 @@ export class PageEditor {
       this.fill();
     } catch (error) {
       if (!(error instanceof PageFileError)) throw error;
-      this.tell(error.message);
+      this.tell(this.viewer.texts.of(error));
     }
   }
 }

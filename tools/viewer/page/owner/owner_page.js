@@ -1,29 +1,13 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Shows what the owner's file says: title, description, up axis, unit, the shown part, annotations, the first view.
 import {button, part} from '../elements.js';
-import {FetchFailure} from '../reading/fetching.js';
-import {Annotations, poseOfSaved} from './annotations.js';
-import {PAGE_FILE_NAME, PageFileError, emptyPageFile, parsePageFile, shownPart} from './page_file.js';
+import {Annotations} from './annotations.js';
+import {poseOfSaved} from './owners_views.js';
+import {shownPart} from './page_file.js';
 /** @import {Marks} from '../over/marks.js' */
 /** @import {Measuring} from '../over/measuring.js' */
-/** @import {SiteFiles} from '../reading/site_files.js' */
 /** @import {Viewer} from '../viewer.js' */
 /** @import {PageFile} from '../types.d.ts' */
-
-// Returns the owner's file, an empty one where the site has none, and one sentence that says why it cannot be used;
-// '': it can.
-/** @param {SiteFiles} files @param {string | undefined} name */
-export async function readPageFile(files, name) {
-  if (!name) return {file: emptyPageFile(), complaint: ''};
-  try {
-    return {file: parsePageFile(await files.read(name, (blob) => blob.text(), true)), complaint: ''};
-  } catch (error) {
-    const file = emptyPageFile();
-    if (error instanceof PageFileError) return {file, complaint: error.message};
-    if (!(error instanceof FetchFailure)) throw error;
-    return {file, complaint: `${PAGE_FILE_NAME} cannot be loaded: title and annotations are missing.`};
-  }
-}
 
 export class OwnerPage {
   /** @param {Viewer} viewer @param {Marks} marks @param {Measuring} measuring @param {PageFile} file */
@@ -43,7 +27,7 @@ export class OwnerPage {
     this.file = file;
     document.title = file.title || this.siteTitle;
     const about = button('about');
-    about.textContent = file.title || 'About';
+    about.textContent = file.title || this.viewer.texts.say('about');
     about.hidden = !file.title && !file.description && file.annotations.length === 0;
     part('about-title').textContent = file.title;
     part('description').textContent = file.description;

@@ -2,7 +2,12 @@
 // The owner's file beside a model, page.json: what its page says and shows besides the model. Printing and parsing undo
 // each other.
 import {length, rotationOf} from '../camera.js';
-/** @import {Annotation, CropBox, HiddenBall, LengthUnit, PageFile, SavedView, Vector} from '../types.d.ts' */
+import {TextError} from '../texts/texts.js';
+/**
+ * @import {
+ *   Annotation, CropBox, HiddenBall, LengthUnit, PageFile, Said, SaidKey, SaidValues, SavedView, Vector
+ * } from '../types.d.ts'
+ */
 
 const LONGEST_TITLE = 200;
 const LONGEST_TEXT = 5000;
@@ -10,10 +15,10 @@ const MOST_ENTRIES = 200;   // annotations, or hidden parts
 const FARTHEST_POINT = 1e9;  // scene units
 export const PAGE_FILE_NAME = 'page.json';
 
-export class PageFileError extends Error {
-  /** @param {string} complaint */
+export class PageFileError extends TextError {
+  /** @param {Said} complaint */
   constructor(complaint) {
-    super(`${PAGE_FILE_NAME}: ${complaint}.`);
+    super('pageFileWrong', {file: PAGE_FILE_NAME, complaint});
   }
 }
 
@@ -30,19 +35,25 @@ class Place {
     this.name = name;
   }
 
-  /** @param {string} rule @returns {never} */
-  refuse(rule) {
-    throw new PageFileError(`${this.name || 'it'} must be ${rule}`);
+  /** @returns {string | Said} */
+  get shownName() {
+    return this.name || {key: 'itself'};
+  }
+
+  /** @param {SaidKey} rule @param {SaidValues} [values] @returns {never} */
+  refuse(rule, values) {
+    throw new PageFileError({key: 'mustBe', values: {place: this.shownName, rule: {key: rule, values}}});
   }
 
   // The fields of an object, which has no others. A field that is absent is null.
   /** @param {string[]} names @returns {Record<string, Place | null>} */
   fields(...names) {
     const {value} = this;
-    if (typeof value !== 'object' || value === null || Array.isArray(value)) this.refuse('an object');
+    if (typeof value !== 'object' || value === null || Array.isArray(value)) this.refuse('ruleObject');
     const object = /** @type {Record<string, unknown>} */ (value);
     const other = Object.keys(object).find((key) => !names.includes(key));
-    if (other !== undefined) throw new PageFileError(`${this.name || 'it'} has the unknown field "${other}"`);
+    const values = {place: this.shownName, field: other ?? ''};
+    if (other !== undefined) throw new PageFileError({key: 'unknownField', values});
     return Object.fromEntries(names.map((key) => {
       const name = this.name ? `${this.name}.${key}` : key;
       return [key, object[key] === undefined ? null : new Place(object[key], name)];
@@ -57,7 +68,7 @@ class Place {
   /** @param {number} longest */
   text(longest) {
     const {value} = this;
-    if (typeof value !== 'string' || value.length > longest) this.refuse(`a text of at most ${longest} characters`);
+    if (typeof value !== 'string' || value.length > longest) this.refuse('ruleText', {count: longest});
     return /** @type {string} */ (value);
   }
 
@@ -65,7 +76,7 @@ class Place {
   number(least, most) {
     const {value} = this;
     if (typeof value !== 'number' || !(value >= least && value <= most)) {
-      this.refuse(`a number from ${least} to ${most}`);
+      this.refuse('ruleNumber', {least, most});
     }
     return /** @type {number} */ (value);
   }
@@ -75,7 +86,7 @@ class Place {
     const {value} = this;
     const isGood = Array.isArray(value) && value.length === count && value.every(
         (each) => typeof each === 'number' && each >= least && each <= FARTHEST_POINT);
-    if (!isGood) this.refuse(`${count} numbers from ${least} to ${FARTHEST_POINT}`);
+    if (!isGood) this.refuse('ruleNumbers', {count, least, most: FARTHEST_POINT});
     return /** @type {Vector} */ (value);
   }
 
@@ -84,14 +95,14 @@ class Place {
   direction(count) {
     const numbers = this.numbers(count);
     const size = Math.hypot(...numbers);
-    if (!(size > 1e-6)) this.refuse('more than zero long');
+    if (!(size > 1e-6)) this.refuse('ruleLength');
     return numbers.map((each) => each / size);
   }
 
   /** @returns {Place[]} */
   list() {
     const {value} = this;
-    if (!Array.isArray(value) || value.length > MOST_ENTRIES) this.refuse(`a list of at most ${MOST_ENTRIES} entries`);
+    if (!Array.isArray(value) || value.length > MOST_ENTRIES) this.refuse('ruleList', {count: MOST_ENTRIES});
     return /** @type {unknown[]} */ (value).map((each, i) => new Place(each, `${this.name}[${i}]`));
   }
 }
@@ -145,7 +156,7 @@ export function parsePageFile(text) {
   try {
     value = JSON.parse(text);
   } catch {
-    throw new PageFileError('it is not JSON');
+    throw new PageFileError({key: 'notJson'});
   }
   const {title, description, view, up, unit, crop, hidden, annotations} = new Place(value, '').fields(
       'title', 'description', 'view', 'up', 'unit', 'crop', 'hidden', 'annotations');

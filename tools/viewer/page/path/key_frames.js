@@ -81,8 +81,8 @@ export class KeyFrames {
   tell() {
     const keys = this.keys();
     const seconds = keys.length > 1 ? keys[keys.length - 1].time : 0;
-    part('key-status').textContent = `${keys.length} key ${keys.length === 1 ? 'frame' : 'frames'}, ` +
-        `${Number(seconds.toFixed(1))} seconds`;
+    const values = {count: keys.length, seconds: Number(seconds.toFixed(1))};
+    part('key-status').textContent = this.viewer.texts.say('keys', values);
   }
 
   /** @param {number} i */
@@ -92,20 +92,24 @@ export class KeyFrames {
     const seconds = document.createElement('input');
     Object.assign(seconds, {type: 'number', min: LEAST_SECONDS, max: MOST_SECONDS, step: 0.5});
     seconds.value = String(this.frames[i].seconds);
-    seconds.setAttribute('aria-label', `Seconds from key frame ${i + 1} to the next`);
+    const {texts} = this.viewer;
+    const number = i + 1;
+    seconds.setAttribute('aria-label', texts.say('secondsToNext', {number}));
     seconds.addEventListener('change', () => {
       const wanted = Number(seconds.value);
       const isGood = wanted >= LEAST_SECONDS && wanted <= MOST_SECONDS;
       if (isGood) this.frames[i].seconds = wanted;
       seconds.value = String(this.frames[i].seconds);
       this.changed();
-      if (!isGood) part('key-status').textContent = `It must be ${LEAST_SECONDS} to ${MOST_SECONDS} seconds.`;
+      if (isGood) return;
+      part('key-status').textContent = texts.say('badSeconds', {least: LEAST_SECONDS, most: MOST_SECONDS});
     });
     const isLast = i === this.frames.length - 1;
     entry.append(
-        actionButton(`${i + 1}`, () => this.goTo(i), `Go to key frame ${i + 1}`), ...isLast ? [] : [seconds, 's'],
-        actionButton('↑', () => this.move(i), `Move key frame ${i + 1} up`),
-        actionButton('✕', () => this.delete(i), `Delete key frame ${i + 1}`));
+        actionButton(String(number), () => this.goTo(i), texts.say('goToKey', {number})),
+        ...isLast ? [] : [seconds, texts.say('seconds')],
+        actionButton('↑', () => this.move(i), texts.say('moveKeyUp', {number})),
+        actionButton('✕', () => this.delete(i), texts.say('deleteKey', {number})));
     return entry;
   }
 
@@ -135,7 +139,7 @@ export class KeyFrames {
   play(plays) {
     if (plays === (this.startedAt !== null)) return;
     this.startedAt = plays && this.frames.length > 1 ? performance.now() : null;
-    button('key-play').textContent = this.startedAt === null ? 'Play' : 'Stop';
+    button('key-play').textContent = this.viewer.texts.say(this.startedAt === null ? 'play' : 'stop');
     button('key-play').setAttribute('aria-pressed', String(this.startedAt !== null));
     this.drawLine();
   }
@@ -174,6 +178,6 @@ export class KeyFrames {
   download() {
     const text = printPath(this.keys(), this.viewer.offset);
     save(new Blob([text], {type: 'application/json'}), PATH_FILE_NAME);
-    part('key-status').textContent = `Saved as ${PATH_FILE_NAME}.`;
+    part('key-status').textContent = this.viewer.texts.say('saved', {file: PATH_FILE_NAME});
   }
 }

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Requests of the page over the network; no other module makes any. A request that fails is made again, after pauses
 // that grow. An answer that is cut short, stalls or cannot be decoded has failed too.
-/** @import {FilePart, NetworkOptions} from '../types.d.ts' */
+import {TextError, saidOf} from '../texts/texts.js';
+/** @import {FilePart, NetworkOptions, Said} from '../types.d.ts' */
 
 const TRIES = 5;
 const PAUSE_MS = 300;
@@ -14,18 +15,15 @@ const GONE = [404, 410];
 const TRIED_AGAIN = [408, 425, 429];  // other answers from 400 to 499 are final
 
 // A file that could not be had. `gone`: the server says that it has no such file.
-export class FetchFailure extends Error {
+export class FetchFailure extends TextError {
   // `final`: another try at once would end the same way.
-  /** @param {string} name @param {string} why @param {{gone?: boolean, final?: boolean}} [what] */
+  /** @param {string} name @param {string | Said} why @param {{gone?: boolean, final?: boolean}} [what] */
   constructor(name, why, {gone = false, final = false} = {}) {
-    super(`${name} cannot be loaded: ${why}`);
+    super('notLoaded', {name, why});
     this.gone = gone;
     this.final = final;
   }
 }
-
-/** @param {unknown} error */
-const reasonOf = (error) => error instanceof Error ? error.message : String(error);
 
 export class Fetching {
   /** @param {NetworkOptions} options */
@@ -107,12 +105,12 @@ export class Fetching {
       const blob = response.status === 206 ? all : slicePart(all, part);  // some servers send the whole file
       const promised = part?.length ?? size ?? lengthOf(response);
       if (promised !== null && blob.size !== promised) {
-        throw new FetchFailure(name, `${blob.size} of ${promised} bytes came`);
+        throw new FetchFailure(name, {key: 'whyBytes', values: {came: blob.size, promised}});
       }
       return blob;
     } catch (error) {
       if (error instanceof FetchFailure) throw error;
-      throw new FetchFailure(name, watch.stalled ? 'the answer stalls' : reasonOf(error));
+      throw new FetchFailure(name, watch.stalled ? {key: 'whyStalls'} : saidOf(error));
     } finally {
       watch.end();
     }
@@ -189,7 +187,7 @@ function lengthOf({headers}) {
 /** @param {string} name @param {number} status */
 function refusal(name, status) {
   const final = status >= 400 && status < 500 && !TRIED_AGAIN.includes(status);
-  return new FetchFailure(name, `the server says ${status}`, {gone: GONE.includes(status), final});
+  return new FetchFailure(name, {key: 'whyStatus', values: {status}}, {gone: GONE.includes(status), final});
 }
 
 // Returns whether another site answers but does not let this page read the answer, which browsers do not tell apart
@@ -204,8 +202,7 @@ async function mayNotBeRead(address) {
 
 /** @param {string} name @param {URL} address */
 const notAllowed = (name, address) => new FetchFailure(
-    name, `${address.origin} does not allow ${location.origin} to read it; its answers need the header ` +
-    'Access-Control-Allow-Origin (CORS)', {final: true});
+    name, {key: 'whyForbidden', values: {site: address.origin, page: location.origin}}, {final: true});
 
 /** @param {Blob} blob @param {FilePart} [part] */
 export const slicePart = (blob, part) => part ? blob.slice(part.from, part.from + part.length, blob.type) : blob;
@@ -220,6 +217,6 @@ export async function decoded(name, blob, decode) {
   try {
     return await decode(blob);
   } catch (error) {
-    throw new FetchFailure(name, `it is damaged, ${reasonOf(error)}`);
+    throw new FetchFailure(name, {key: 'whyDamaged', values: {what: saidOf(error)}});
   }
 }

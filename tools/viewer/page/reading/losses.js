@@ -1,29 +1,29 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The parts of the site that could not be fetched so far, and the line that names them.
+/** @import {Texts} from '../texts/texts.js' */
+/** @import {TextKey} from '../types.d.ts' */
 /** @import {FetchFailure} from './fetching.js' */
 
 // Parts of the model, in the order in which they are told.
-const PARTS = {
-  scene: 'the model',
-  views: 'the list of photographs',
-  mesh: 'the fine mesh',
-  chunk: 'a part of the fine mesh',
-  coarse: 'the coarse mesh',
-  tables: 'the table of photographs',
-  colors: 'the newest colours',
-  version: 'the newest version of the model',
-};
-const SHOWN_INSTEAD = 'What is there is shown, and the page tries again.';
+/** @satisfies {Record<string, TextKey>} */
+const PARTS = /** @type {const} */ ({
+  scene: 'partScene',
+  views: 'partViews',
+  mesh: 'partMesh',
+  chunk: 'partChunk',
+  coarse: 'partCoarse',
+  tables: 'partTables',
+  colors: 'partColors',
+  version: 'partVersion',
+});
 
 /** @typedef {keyof typeof PARTS} LossPart */
 
-/** @param {string[]} names */
-const listed = (names) => names.length < 2 ? names.join() : `${names.slice(0, -1).join(', ')} and ${names.at(-1)}`;
-
 export class Losses {
   // `changed` is called with the line after each change; '': nothing is missing.
-  /** @param {(line: string) => void} changed */
-  constructor(changed) {
+  /** @param {Texts} texts @param {(line: string) => void} changed */
+  constructor(texts, changed) {
+    this.texts = texts;
     this.changed = changed;
     /** @type {Map<LossPart, FetchFailure>} */
     this.parts = new Map();
@@ -74,12 +74,12 @@ export class Losses {
   line() {
     if (!this.any()) return '';
     const parts = /** @type {LossPart[]} */ (Object.keys(PARTS)).filter((part) => this.parts.has(part));
-    const names = parts.map((part) => PARTS[part]);
-    const {size} = this.views;
-    if (size > 0) names.push(size === 1 ? '1 photograph' : `${size} photographs`);
+    const {texts, views: {size}} = this;
+    const names = parts.map((part) => texts.say(PARTS[part]));
+    if (size > 0) names.push(texts.say('partPhotographs', {count: size}));
     const [first] = [...this.parts.values(), ...this.views.values()];
-    const verb = names.length > 1 || size > 1 ? 'are' : 'is';
-    const sentence = `${listed(names)} ${verb} missing: ${first.message}. ${SHOWN_INSTEAD}`;
+    const count = Math.max(1, parts.length + size);
+    const sentence = texts.say('missing', {count, parts: texts.list(names), why: first.said});
     return sentence[0].toUpperCase() + sentence.slice(1);
   }
 

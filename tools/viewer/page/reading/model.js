@@ -5,6 +5,7 @@ import {Chunks} from './chunks.js';
 import {Gltf} from './gltf.js';
 import {LUMIGRAPH, colorOf, colorsOf, meshAccessors, meshOf} from './surface.js';
 import {primitivesOf, propertiesOf, residentTiles, tableAccessors, tablesOf} from './surface.js';
+import {TextError} from '../texts/texts.js';
 /** @import {SiteFiles} from './site_files.js' */
 /**
  * @import {
@@ -34,11 +35,11 @@ const levelsOfGutter = ({tiles}) => 1 + Math.log2(tiles?.gutter ?? GUTTER);
 
 /** @param {ModelProperties | undefined} properties @param {string} where */
 function checked(properties, where) {
-  if (!properties) throw new Error(`${where} has no extension ${LUMIGRAPH}`);
+  if (!properties) throw new TextError('noExtension', {where, extension: LUMIGRAPH});
   const {version} = properties;
   if (version === VERSION) return properties;
-  throw new Error(`${where} has the version ${version} of ${LUMIGRAPH}, this page reads ${VERSION}` +
-      (version < VERSION ? ': it was made by an older lumatlas, build it again' : ''));
+  const values = {where, version, extension: LUMIGRAPH, read: VERSION};
+  throw new TextError(version < VERSION ? 'olderVersion' : 'otherVersion', values);
 }
 
 /** @param {ViewProperties} view @param {(number: number) => string} image @returns {View} */

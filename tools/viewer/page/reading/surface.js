@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // A surface's arrays as the renderer takes them, from its glTF file. blend/tables/zone_mesh.cpp makes the same of a
 // model in memory.
+import {TextError} from '../texts/texts.js';
 /** @import {Gltf} from './gltf.js' */
 /** @import {GltfPrimitive, Mesh, Scene, SurfaceProperties, Tables, Vector} from '../types.d.ts' */
 
@@ -33,7 +34,7 @@ function srgbOfLinear() {
 /** @param {Gltf} gltf @returns {SurfaceProperties} */
 export function propertiesOf(gltf) {
   const properties = gltf.json.extensions?.[LUMIGRAPH];
-  if (!properties) throw new Error(`${gltf.name} has no extension ${LUMIGRAPH}`);
+  if (!properties) throw new TextError('noExtension', {where: gltf.name, extension: LUMIGRAPH});
   return properties;
 }
 
