@@ -15,6 +15,7 @@
 #include "mesh/base/requirement.h"
 #include "planner/geometry_follower.h"
 #include "planner/tile_choice.h"
+#include "tools/live/background_arena.h"
 #include "tools/live/live_coverage.h"
 #include "tools/live/waiting.h"
 
@@ -102,6 +103,7 @@ struct LiveModel::State {
   std::shared_ptr<const LiveSight> sight;
   std::uint64_t sight_depths = 0;
   std::unique_ptr<LiveCoverage> coverage;
+  std::vector<std::shared_ptr<const LiveSight>> retired;  // that offers may still look at
 
   std::vector<WaitingView> waiting;
   std::vector<Camera> passed;  // cameras of views that were not needed
@@ -180,7 +182,7 @@ struct LiveModel::State {
 template <typename Run>
 void LiveModel::State::run_guarded(const Run& run) {
   try {
-    run();
+    BackgroundArena().run(run);
   } catch (...) {
     const std::lock_guard<std::mutex> lock(mutex);
     if (!failure) failure = std::current_exception();
@@ -381,7 +383,11 @@ void LiveModel::State::store_view(Lock& lock, std::size_t place) {
   lock.lock();
   stopwatch.stop(status.storing);
   coverage->remove_waiting(view.counted);
-  coverage->follow(planner->store());
+  for (ViewSlot slot{0}; slot < options.max_views; ++slot) {
+    if (!coverage->follow(planner->store(), slot)) continue;
+    lock.unlock();  // between two views, for offers that wait
+    lock.lock();
+  }
   status.held = planner->store().held_views();
   const Decision decision = outcome.verdict.decision;
   if (!outcome.failure.empty()) {
@@ -468,7 +474,7 @@ void LiveModel::State::count_anew(Lock& lock, std::shared_ptr<const LiveSight> n
   lock.unlock();
   auto fresh =
       std::make_unique<LiveCoverage>(*next->surface, options.max_views, options.waiting_views + 2, planner_options);
-  fresh->follow(planner->store(), true);
+  for (ViewSlot slot{0}; slot < options.max_views; ++slot) (void)fresh->follow(planner->store(), slot, true);
   lock.lock();
   std::map<std::uint64_t, Recount> recounted;
   for (;;) {
@@ -482,10 +488,21 @@ void LiveModel::State::count_anew(Lock& lock, std::shared_ptr<const LiveSight> n
     recount(missing, *next, *fresh, recounted);
     lock.lock();
   }
-  sight = std::move(next);
+  if (sight != next) retired.push_back(std::exchange(sight, std::move(next)));
   sight_depths = next_depths;
   std::swap(coverage, fresh);
   take_recounts(recounted);
+  // What was replaced takes milliseconds to free, and the last offer that looks at it is not to do that.
+  std::vector<std::shared_ptr<const LiveSight>> unseen;
+  std::erase_if(retired, [&](std::shared_ptr<const LiveSight>& old) {
+    if (old.use_count() > 1) return false;
+    unseen.push_back(std::move(old));
+    return true;
+  });
+  lock.unlock();
+  fresh.reset();
+  unseen.clear();
+  lock.lock();
 }
 
 // Views that were given up meanwhile do not count.
@@ -628,7 +645,7 @@ LiveModel::LiveModel(const LiveOptions& options) {
 LiveModel::~LiveModel() = default;
 
 LiveVerdict LiveModel::offer(const std::string& name, const Camera& camera, PhotographSource photograph) {
-  return state_->offer(name, camera, std::move(photograph));
+  return run_alone([&] { return state_->offer(name, camera, std::move(photograph)); });
 }
 
 void LiveModel::fuse(const Camera& camera, std::function<DepthImage()> depth) {
