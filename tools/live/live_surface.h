@@ -15,7 +15,7 @@
 
 #include "atlas/surface.h"
 #include "mesh/visibility/visibility.h"
-#include "tools/meshing/depth/depth_fusion.h"
+#include "tools/meshing/depth/growing_fusion.h"
 
 namespace lumatlas {
 
