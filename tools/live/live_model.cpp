@@ -5,6 +5,7 @@
 #include <condition_variable>
 #include <exception>
 #include <functional>
+#include <iterator>
 #include <map>
 #include <mutex>
 #include <stdexcept>
@@ -12,6 +13,7 @@
 #include <utility>
 
 #include "atlas/atlas.h"
+#include "mesh/base/errors.h"
 #include "mesh/base/requirement.h"
 #include "planner/geometry_follower.h"
 #include "planner/tile_choice.h"
@@ -29,11 +31,17 @@ constexpr Requirement live_requires{"live"};
 constexpr double kMuchUnseen = 0.2;
 constexpr double kStoringShare = 2;  // as much time for views as for surfaces, times this, while both wait
 constexpr int kRenewedAView = 2;     // depths of other views that are made again before the next view is stored
+constexpr int kFusedAMove = 2;       // depth frames that are fused, if any wait, before the next one is moved
 constexpr std::size_t kMostPassed =
     256;  // views that count for demand and wait for it; of more the first are forgotten
 
 double ms_of(LiveClock::duration time) {
   return std::chrono::duration<double, std::milli>(time).count();
+}
+
+void take_pose(const Camera& from, Camera& camera) {
+  camera.cam_from_world_rotation = from.cam_from_world_rotation;
+  camera.cam_from_world_translation = from.cam_from_world_translation;
 }
 
 // Adds the time from its construction to a sum when told so.
@@ -78,11 +86,11 @@ struct LiveModel::State {
   State& operator=(const State&) = delete;
 
   LiveVerdict offer(const std::string& name, const Camera& camera, PhotographSource photograph);
-  void fuse(const Camera& camera, std::function<DepthImage()> depth);
+  void fuse(const std::string& name, const Camera& camera, std::function<DepthImage()> depth);
   void move_views(std::vector<MovedView> views);
   std::shared_ptr<const Snapshot> snapshot();
   LiveStatus status_now();
-  LiveResult finish(std::uint32_t polish_steps);
+  LiveResult finish(std::uint32_t polish_steps, bool follow_moves);
 
   using Lock = std::unique_lock<std::mutex>;
 
@@ -96,6 +104,7 @@ struct LiveModel::State {
   std::mutex mutex;  // guards all members below
   std::condition_variable changed;
   bool stop = false, finishing = false;
+  bool follows_moves = true;  // false: depth frames stay where they were fused
   std::exception_ptr failure;
   std::shared_ptr<Atlas> shown_atlas;  // `atlas`, once there is one
 
@@ -112,6 +121,7 @@ struct LiveModel::State {
   bool old_depths = false;  // views wait for the depth that they have on the surface
 
   std::vector<WaitingDepth> depths;
+  std::vector<MovedView> depth_moves;  // that the surface has not been told yet
   bool depths_busy = false;
   std::uint64_t fused_unshown = 0;  // depth frames that the last surface does not have
   LiveClock::time_point next_surface{};
@@ -146,7 +156,9 @@ struct LiveModel::State {
   };
 
   // Called with the mutex locked.
-  [[nodiscard]] bool depths_rest() const { return depths.empty() && !depths_busy && fused_unshown == 0; }
+  [[nodiscard]] bool depths_rest() const {
+    return depths.empty() && !depths_busy && fused_unshown == 0 && depth_moves.empty() && status.depths_to_move == 0;
+  }
   [[nodiscard]] bool all_rests() const;
   [[nodiscard]] bool is_ready(const WaitingView& view, std::uint64_t surface_depths) const;
   [[nodiscard]] std::optional<std::size_t> next_view() const;
@@ -166,6 +178,8 @@ struct LiveModel::State {
   void take_moves(Lock& lock);
   void count_anew(Lock& lock, std::shared_ptr<const LiveSight> next, std::uint64_t next_depths);
   void fuse_next(Lock& lock);
+  void take_depth_moves(Lock& lock);
+  void fuse_again(Lock& lock);
   void make_surface(Lock& lock);
 
   // Called without the lock.
@@ -233,7 +247,8 @@ bool LiveModel::State::may_take_surface() const {
 
 bool LiveModel::State::may_make_surface() const {
   if (fused_unshown == 0 || grown) return false;
-  return finishing ? depths.empty() : LiveClock::now() >= next_surface;
+  return finishing ? depths.empty() && depth_moves.empty() && status.depths_to_move == 0
+                   : LiveClock::now() >= next_surface;
 }
 
 void LiveModel::State::note_passed(const Camera& camera) {
@@ -294,13 +309,13 @@ void LiveModel::State::give_up(std::size_t place, LiveVerdict& verdict) {
   verdict.dropped.push_back(std::move(view.name));
 }
 
-void LiveModel::State::fuse(const Camera& camera, std::function<DepthImage()> depth) {
+void LiveModel::State::fuse(const std::string& name, const Camera& camera, std::function<DepthImage()> depth) {
   check(camera);
   if (!depth) throw std::invalid_argument("live: there is no function for the depth frame");
   const std::lock_guard<std::mutex> lock(mutex);
   require_going();
   ++status.depths_given;
-  depths.push_back({camera, std::move(depth)});
+  depths.push_back({name, camera, std::move(depth)});
   if (depths.size() > options.waiting_depths) {
     depths.erase(depths.begin() + static_cast<std::ptrdiff_t>(most_alike(depths)));
     ++status.depths_dropped;
@@ -310,12 +325,21 @@ void LiveModel::State::fuse(const Camera& camera, std::function<DepthImage()> de
 
 void LiveModel::State::move_views(std::vector<MovedView> views) {
   for (const MovedView& view : views) check(view.camera);
+  std::vector<MovedView> for_depths = views;
   const std::lock_guard<std::mutex> lock(mutex);
   require_going();
+  const auto moved = [&](const std::string& name) -> const Camera* {
+    const auto found = std::find_if(views.begin(), views.end(), [&](const MovedView& v) { return v.name == name; });
+    return found == views.end() ? nullptr : &found->camera;
+  };
   for (WaitingView& view : waiting) {
-    const auto moved = std::find_if(views.begin(), views.end(), [&](const auto& v) { return v.name == view.name; });
-    if (moved != views.end()) view.camera = moved->camera;
+    if (const Camera* camera = moved(view.name)) view.camera = *camera;
   }
+  for (WaitingDepth& frame : depths) {
+    if (const Camera* camera = frame.name.empty() ? nullptr : moved(frame.name)) take_pose(*camera, frame.camera);
+  }
+  depth_moves.insert(depth_moves.end(), std::make_move_iterator(for_depths.begin()),
+                     std::make_move_iterator(for_depths.end()));
   moves.push_back(std::move(views));
   changed.notify_all();
 }
@@ -556,8 +580,11 @@ void LiveModel::State::turn_away(const WaitingView& view) {
 
 void LiveModel::State::run_depths() {
   Lock lock(mutex);
+  int fused = 0;  // depth frames since the last one was moved
   for (;;) {
-    const auto has_work = [&] { return stop || !depths.empty() || may_make_surface(); };
+    const auto has_work = [&] {
+      return stop || !depths.empty() || !depth_moves.empty() || status.depths_to_move > 0 || may_make_surface();
+    };
     if (fused_unshown > 0 && !grown && !finishing) {
       changed.wait_until(lock, next_surface, has_work);
     } else {
@@ -565,10 +592,16 @@ void LiveModel::State::run_depths() {
     }
     if (stop) return;
     depths_busy = true;
-    if (may_make_surface()) {
+    if (!depth_moves.empty()) {
+      take_depth_moves(lock);
+    } else if (may_make_surface()) {
       make_surface(lock);
+    } else if (status.depths_to_move > 0 && (depths.empty() || fused >= kFusedAMove)) {
+      fuse_again(lock);
+      fused = 0;
     } else if (!depths.empty()) {
       fuse_next(lock);
+      ++fused;
     }
     depths_busy = false;
     changed.notify_all();
@@ -583,7 +616,9 @@ void LiveModel::State::fuse_next(Lock& lock) {
   bool added = false;
   std::string why = "a depth frame measured nothing, or the surface has no room for it";
   try {
-    added = surface.add(frame.depth());
+    DepthImage image = frame.depth();
+    take_pose(frame.camera, image.camera);
+    added = surface.add(image, frame.name);
   } catch (const std::exception& error) {
     why = error.what();
   }
@@ -595,6 +630,35 @@ void LiveModel::State::fuse_next(Lock& lock) {
     ++status.depths_refused;
     status.last_failure = why;
   }
+}
+
+void LiveModel::State::take_depth_moves(Lock& lock) {
+  const std::vector<MovedView> views = std::exchange(depth_moves, {});
+  if (!follows_moves) return;
+  lock.unlock();
+  for (const MovedView& view : views) surface.move(view.name, view.camera);
+  lock.lock();
+  status.depths_to_move = surface.moved();
+}
+
+// Fuses a depth frame at its new pose.
+void LiveModel::State::fuse_again(Lock& lock) {
+  lock.unlock();
+  const LiveStopwatch stopwatch;
+  bool followed = false;
+  std::string why;
+  try {
+    followed = surface.follow_move();
+  } catch (const InputError& error) {
+    why = error.what();
+  }
+  lock.lock();
+  if (followed) {
+    stopwatch.stop(status.fusing_again);
+    ++fused_unshown;
+  }
+  if (!why.empty()) status.last_failure = why;
+  status.depths_to_move = follows_moves ? surface.moved() : 0;
 }
 
 void LiveModel::State::make_surface(Lock& lock) {
@@ -611,11 +675,13 @@ void LiveModel::State::make_surface(Lock& lock) {
   next_surface = LiveClock::now() + std::max<std::chrono::milliseconds>(options.surface_interval, rest);
 }
 
-LiveResult LiveModel::State::finish(std::uint32_t polish_steps) {
+LiveResult LiveModel::State::finish(std::uint32_t polish_steps, bool follow_moves) {
   {
     Lock lock(mutex);
     require_going();
     finishing = true;
+    follows_moves = follow_moves;
+    if (!follow_moves) status.depths_to_move = 0;
     changed.notify_all();
     changed.wait(lock, [&] { return stop || all_rests(); });
   }
@@ -648,8 +714,8 @@ LiveVerdict LiveModel::offer(const std::string& name, const Camera& camera, Phot
   return run_alone([&] { return state_->offer(name, camera, std::move(photograph)); });
 }
 
-void LiveModel::fuse(const Camera& camera, std::function<DepthImage()> depth) {
-  state_->fuse(camera, std::move(depth));
+void LiveModel::fuse(const std::string& name, const Camera& camera, std::function<DepthImage()> depth) {
+  state_->fuse(name, camera, std::move(depth));
 }
 
 void LiveModel::move_views(std::vector<MovedView> views) {
@@ -669,8 +735,8 @@ std::vector<LiveOutcome> LiveModel::take_outcomes() {
   return std::exchange(state_->outcomes, {});
 }
 
-LiveResult LiveModel::finish(std::uint32_t polish_steps) {
-  return state_->finish(polish_steps);
+LiveResult LiveModel::finish(std::uint32_t polish_steps, bool follow_moves) {
+  return state_->finish(polish_steps, follow_moves);
 }
 
 }  // namespace lumatlas

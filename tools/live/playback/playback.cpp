@@ -73,7 +73,7 @@ class Player {
     ++record_.frames;
     if (frame.depth) {
       const SceneDepth& depth = stream_.scene.depths[*frame.depth];
-      live_.fuse(depth.camera, [&depth] { return read_depth(depth); });
+      live_.fuse({}, depth.camera, [&depth] { return read_flat_depth(depth); });
     }
     if (!frame.view) return;
     const SceneView& view = stream_.scene.views[*frame.view];
@@ -212,7 +212,8 @@ void finish_playback(LiveModel& live, std::shared_ptr<void>& watch, const Played
                      const PlaybackCallbacks& callbacks, Playback& playback) {
   const Clock::time_point end = Clock::now();
   // A model that is made anew is refined after that.
-  LiveResult model = live.finish(frames ? 0 : options.polish_steps);
+  const bool is_made_anew = frames.has_value();
+  LiveResult model = live.finish(is_made_anew ? 0 : options.polish_steps, !is_made_anew);
   watch.reset();
   PlaybackRecord& record = playback.record;
   record.outcomes = live.take_outcomes();
@@ -261,7 +262,7 @@ DepthImage depth_of(const FrameMessage& frame) {
   std::vector<float> depth;
   depth.reserve(frame.depth.size());
   for (const std::uint16_t value : frame.depth) depth.push_back(static_cast<float>(frame.depth_unit * value));
-  return slanted_depth(frame.camera, std::move(depth));
+  return {frame.camera, std::move(depth)};
 }
 
 // Takes messages of clients, one client after the other, until one of them says that the stream ends.
@@ -312,7 +313,7 @@ class Receiver {
     keep(message);
     move(message.camera);
     const auto frame = std::make_shared<const FrameMessage>(std::move(message));
-    if (!frame->depth.empty()) live_->fuse(frame->camera, [frame] { return depth_of(*frame); });
+    if (!frame->depth.empty()) live_->fuse(frame->name, frame->camera, [frame] { return depth_of(*frame); });
     if (frame->photograph.empty()) return;
     source_.offered.push_back(frame->name);
     const Clock::time_point called = Clock::now();
@@ -343,6 +344,7 @@ class Receiver {
   void start(const Camera& first) {
     if (options_.finish) kept_.emplace(scratch_folder_of(options_), options_.kept_bytes);
     options_.live.surface.offset = glm::round(first.center());
+    options_.live.surface.scratch_folder = options_.scratch_folder;
     live_ = std::make_unique<LiveModel>(options_.live);
     if (callbacks_.watch) watch_ = callbacks_.watch(*live_);
     start_ = Clock::now();
