@@ -12,7 +12,7 @@ namespace lumatlas {
 
 void lower_thread_priority() noexcept {
 #ifdef __linux__
-  constexpr int kSteps = 10, kLowest = 19;
+  constexpr int kSteps = 5, kLowest = 19;
   // On Linux, the process 0 is the calling thread.
   errno = 0;
   const int now = getpriority(PRIO_PROCESS, 0);

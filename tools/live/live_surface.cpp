@@ -2,6 +2,7 @@
 #include "tools/live/live_surface.h"
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <glm/glm.hpp>
 #include <stdexcept>
@@ -20,6 +21,7 @@ namespace {
 
 constexpr double kTruncationVoxels = 4;  // as much as mesh_from_depths() takes
 constexpr double kCellsPerDistance = 16;
+constexpr double kCubeSide = 0.25;        // of a part of the visibility, in distances that most is seen from
 constexpr std::size_t kFewestFaces = 60;  // fewest faces of a piece that is not taken for noise
 // The weight of a voxel that has a value: a glance aslant from as far away as most depths are.
 constexpr double kGlance = 0.05;
@@ -82,6 +84,7 @@ void LiveSurface::start(const DepthImage& image) {
   fusion.max_blocks = options_.max_blocks;
   if (options_.cell_size == 0) options_.cell_size = usual_distance_ / kCellsPerDistance;
   fusion_ = std::make_unique<GrowingFusion>(fusion);
+  visibility_ = std::make_unique<GrowingVisibility>(kCubeSide * usual_distance_);
 }
 
 bool LiveSurface::add(const DepthImage& image, const std::string& name) {
@@ -131,7 +134,6 @@ bool LiveSurface::follow_move() {
     moved_.clear();
     return false;
   }
-  const std::string name = *farthest;
   moved_.erase(farthest);
   const RoundedDepth depth = kept_.image(frame.kept);
   fusion_->remove(in_grid(frame.fused, depth));
@@ -147,24 +149,35 @@ bool LiveSurface::follow_move() {
 
 std::optional<GrownSurface> LiveSurface::grow(GrowingFusion::Show show) {
   if (!fusion_) return std::nullopt;
+  GrowingTimes times;
+  auto start = std::chrono::steady_clock::now();
+  const auto lap = [&](double& ms) {
+    const auto now = std::chrono::steady_clock::now();
+    ms = std::chrono::duration<double, std::milli>(now - std::exchange(start, now)).count();
+  };
   TriangleSoup soup = fusion_->surface(show);
   (void)remove_small_pieces(soup, kFewestFaces);
   if (soup.faces.empty()) return std::nullopt;
   turn_to_scene(soup);
+  lap(times.cutting);
   auto surface = std::make_shared<Surface>();
   surface->mesh = repair(soup, glm::dvec3(0)).mesh;
+  lap(times.repairing);
   surface->offset = options_.offset;
   CellOptions cells;
   cells.size = options_.cell_size;
   const Surface nothing;
   const Surface& before = last_ ? *last_ : nothing;
-  CellGrowth growth =
-      grow_cells(before.mesh, before.cells, surface->mesh, match_faces(before.mesh, surface->mesh), cells);
+  const std::vector<FaceId> matches = match_faces(before.mesh, surface->mesh);
+  lap(times.matching);
+  CellGrowth growth = grow_cells(before.mesh, before.cells, surface->mesh, matches, cells);
   surface->cells = std::move(growth.cells);
   last_ = surface;
-  std::shared_ptr<const Visibility> visibility = make_ray_visibility(surface->mesh);
+  lap(times.cells);
+  std::shared_ptr<const Visibility> visibility = visibility_->of(surface->mesh);
+  lap(times.tree);
   return GrownSurface{std::move(surface), std::move(visibility), std::move(growth.previous_cell),
-                      std::move(growth.changed)};
+                      std::move(growth.changed), times};
 }
 
 }  // namespace lumatlas

@@ -19,6 +19,7 @@
 #include <vector>
 
 #include "atlas/surface.h"
+#include "mesh/visibility/growing_visibility.h"
 #include "mesh/visibility/visibility.h"
 #include "tools/live/kept_depths.h"
 #include "tools/meshing/depth/growing_fusion.h"
@@ -47,12 +48,22 @@ inline constexpr double kLiveVoxelPixels = 6;
 // Throws std::invalid_argument naming the field, its value and the rule that it breaks.
 void check(const LiveSurfaceOptions& options);
 
+// Wall times of the steps to a version of the surface, milliseconds.
+struct GrowingTimes {
+  double cutting = 0;    // out of the voxels, without small pieces
+  double repairing = 0;  // to a manifold mesh
+  double matching = 0;   // to the faces before
+  double cells = 0;
+  double tree = 0;  // of the visibility
+};
+
 // A version of the surface, and what became of the cells of the version before: see CellGrowth.
 struct GrownSurface {
   std::shared_ptr<const Surface> surface;
   std::shared_ptr<const Visibility> visibility;
   std::vector<CellId> previous_cell;
   std::vector<std::uint8_t> changed;
+  GrowingTimes times;
 };
 
 class LiveSurface {
@@ -94,6 +105,7 @@ class LiveSurface {
 
   LiveSurfaceOptions options_;
   std::unique_ptr<GrowingFusion> fusion_;  // null before the first frame
+  std::unique_ptr<GrowingVisibility> visibility_;
   double usual_distance_ = 0;
   std::shared_ptr<const Surface> last_;
   double voxel_ = 0;  // scene units; 0 before the first frame
