@@ -117,7 +117,8 @@ FusedSurface fused(std::size_t count, const DepthSource& image, const FusionOpti
   });
   std::vector<std::uint32_t> order(index.size());
   std::iota(order.begin(), order.end(), 0U);
-  result.surface = surface_of(index, voxels, order, fitting);
+  std::vector<BlockVertices> vertices(index.size());
+  result.surface = surface_of(index, voxels, order, fitting, vertices);
   return result;
 }
 

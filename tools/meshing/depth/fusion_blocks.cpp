@@ -42,7 +42,7 @@ class BlockFinder {
   // `ray` advances the depth by 1.
   void add_around(const dvec3& center, const dvec3& ray, double depth) {
     const double reach = options_.truncation / glm::length(ray);
-    const int steps = static_cast<int>(std::ceil(2 * options_.truncation / (kBlockSide / 2 * options_.voxel)));
+    const int steps = static_cast<int>(std::ceil(2 * options_.truncation / (0.5 * kBlockSide * options_.voxel)));
     before_.resize(static_cast<std::size_t>(steps) + 1, {ivec3(0), ivec3(-1)});
     for (int step = 0; step <= steps; ++step) {
       const dvec3 point = center + (depth - reach + 2 * reach * step / steps) * ray;
@@ -86,7 +86,7 @@ void require_of_fusion(bool holds, const char* field, double value, const char* 
 }  // namespace
 
 std::uint64_t block_key(const ivec3& block) {
-  const auto part = [](int i) { return static_cast<std::uint64_t>(i + kBlockReach + 2); };
+  const auto part = [](int i) { return static_cast<std::uint64_t>(std::int64_t{i} + kBlockReach + 2); };
   return (part(block.x) << 42U) | (part(block.y) << 21U) | part(block.z);
 }
 

@@ -26,7 +26,8 @@ struct Voxel {
 using Voxels = std::array<Voxel, kBlockVoxels>;
 
 [[nodiscard]] inline std::size_t index_in_block(const glm::ivec3& v) {  // takes v in [0, kBlockSide)^3
-  return static_cast<std::size_t>((v.z * kBlockSide + v.y) * kBlockSide + v.x);
+  const auto part = [](int i) { return static_cast<std::size_t>(i); };
+  return (part(v.z) * kBlockSide + part(v.y)) * kBlockSide + part(v.x);
 }
 
 inline constexpr int kBlockReach = (1 << 20) - 2;  // blocks from the origin that measurements are within

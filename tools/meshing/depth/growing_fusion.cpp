@@ -49,6 +49,7 @@ struct GrowingFusion::State {
     weight.resize(blocks.size(), 0);
     shown_weight.resize(blocks.size(), 0);
     lost.resize(blocks.size(), 0);
+    vertices.resize(blocks.size());
   }
 
   // Adds an image to a block, or with a `sign` of -1 takes it out.
@@ -71,10 +72,20 @@ struct GrowingFusion::State {
     }
     shown_weight[block] = weight[block];
     lost[block] = 0;
+    forget_vertices(block);
+  }
+
+  // Forgets the vertices that depend on what a block shows: its own, and those of the blocks before it.
+  void forget_vertices(std::uint32_t block) {
+    for (int corner = 0; corner < 8; ++corner) {
+      const std::uint32_t before = blocks.find(blocks[block] - ivec3(corner & 1, (corner >> 1) & 1, corner >> 2));
+      if (before != kNoBlock) vertices[before].is_cut = false;
+    }
   }
 
   // The block that was last gets its number.
   void drop(std::uint32_t block) {
+    forget_vertices(block);
     blocks.remove(block);
     const auto drop_of = [&](auto& of_block) {
       if (block + 1 < of_block.size()) of_block[block] = std::move(of_block.back());
@@ -85,6 +96,7 @@ struct GrowingFusion::State {
     drop_of(weight);
     drop_of(shown_weight);
     drop_of(lost);
+    drop_of(vertices);
   }
 
   FusionOptions options;
@@ -94,6 +106,7 @@ struct GrowingFusion::State {
   std::vector<Voxels> shown;                        // those that the surface was cut out of last
   std::vector<std::uint64_t> weight, shown_weight;  // sums over the voxels of each block
   std::vector<std::uint8_t> lost;                   // 1: an image was taken out since the block was shown
+  std::vector<BlockVertices> vertices;              // of what is shown
 };
 
 GrowingFusion::GrowingFusion(const FusionOptions& options) {
@@ -145,7 +158,7 @@ TriangleSoup GrowingFusion::surface(Show what) {
   std::iota(order.begin(), order.end(), 0U);
   std::sort(order.begin(), order.end(),
             [&](std::uint32_t a, std::uint32_t b) { return block_key(state.blocks[a]) < block_key(state.blocks[b]); });
-  return surface_of(state.blocks, state.shown, order, state.options);
+  return surface_of(state.blocks, state.shown, order, state.options, state.vertices);
 }
 
 std::size_t GrowingFusion::blocks() const {
