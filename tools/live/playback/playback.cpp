@@ -303,7 +303,11 @@ class Receiver {
       socket_.hang_up();
       reader_ = MessageReader();
     }
-    if (received.closed && !ended_) warn("the client has gone without an end message; another may come");
+    if (received.stalled) {
+      warn("the client has sent nothing for a while, and another one waits: its connection is ended");
+    } else if (received.closed && !ended_) {
+      warn("the client has gone without an end message; another may come");
+    }
   }
 
   void handle(FrameMessage&& message) {
