@@ -413,6 +413,7 @@ void LiveModel::State::store_view(Lock& lock, std::size_t place) {
     lock.lock();
   }
   status.held = planner->store().held_views();
+  status.summed_coverage = planner->store().summed_coverage();
   const Decision decision = outcome.verdict.decision;
   if (!outcome.failure.empty()) {
     ++status.failed;
@@ -470,6 +471,7 @@ void LiveModel::State::take_surface(Lock& lock) {
   old_depths = GeometryFollower(*planner).has_old_depths();
   status.faces = next.surface.surface->mesh.faces.size();
   status.cells = next.surface.surface->cells.cells.size();
+  status.summed_coverage = planner->store().summed_coverage();
   count_anew(lock, std::make_shared<const LiveSight>(LiveSight{next.surface.surface, next.surface.visibility}),
              next.depths);
   const double ms = stopwatch.stop(status.surface_taking);

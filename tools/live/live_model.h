@@ -84,6 +84,7 @@ struct LiveStatus {
   LiveTimes moving, fusing_again;      // of stored views, and of depth frames, to their new poses
   std::uint64_t depths_to_move = 0;    // that the surface has at other poses than their last ones
   std::uint64_t faces = 0, cells = 0;  // of the surface
+  double summed_coverage = 0;          // of the surface by the stored views, see CoverageLedger
   std::string last_failure;            // of a depth frame or photograph; empty: none
 };
 

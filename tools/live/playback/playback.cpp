@@ -13,10 +13,12 @@
 #include <variant>
 
 #include "mesh/base/errors.h"
+#include "mesh/base/median.h"
 #include "mesh/base/requirement.h"
 #include "mesh/visibility/visibility.h"
 #include "planner/refinement/surface_deviation.h"
 #include "tools/base/elapsed.h"
+#include "tools/base/process/machine.h"
 #include "tools/budget/gpu_budget.h"
 #include "tools/live/playback/captured_stream.h"
 #include "tools/live/playback/finished_model.h"
@@ -34,6 +36,27 @@ using Clock = std::chrono::steady_clock;
 constexpr auto kLook = std::chrono::milliseconds(50);  // between two questions whether to end
 constexpr auto kTell = std::chrono::seconds(1);
 constexpr Requirement playback_requires{"playback"};
+
+// Notes how the stream stands now. `told` is the number of offers at the moment before, and becomes that of this one.
+void note_moment(double seconds, const LiveStatus& live, std::size_t& told, PlaybackRecord& record) {
+  PlaybackMoment moment;
+  moment.seconds = seconds;
+  moment.frames = record.frames;
+  std::vector<double> offers(record.offer_ms.begin() + static_cast<std::ptrdiff_t>(told), record.offer_ms.end());
+  told = record.offer_ms.size();
+  if (!offers.empty()) {
+    moment.offer_worst_ms = *std::max_element(offers.begin(), offers.end());
+    moment.offer_median_ms = upper_median(offers);
+  }
+  moment.depths_given = live.depths_given;
+  moment.depths_fused = live.fusion.count;
+  moment.held = live.held;
+  moment.waiting = live.waiting;
+  moment.faces = live.faces;
+  moment.summed_coverage = live.summed_coverage;
+  moment.resident_bytes = resident_bytes();
+  record.moments.push_back(moment);
+}
 
 class Player {
  public:
@@ -84,8 +107,10 @@ class Player {
 
   void tell() {
     next_tell_ = Clock::now() + kTell;
+    const LiveStatus status = live_.status();
+    note_moment(std::chrono::duration<double>(Clock::now() - start_).count(), status, offers_told_, record_);
     if (!callbacks_.told) return;
-    callbacks_.told({time_, stream_.frames.back().time, record_.frames, stream_.frames.size(), live_.status()});
+    callbacks_.told({time_, stream_.frames.back().time, record_.frames, stream_.frames.size(), status});
   }
 
   const CapturedStream& stream_;
@@ -95,6 +120,7 @@ class Player {
   PlaybackRecord& record_;
   Clock::time_point start_ = Clock::now(), next_tell_ = start_ + kTell;
   double time_ = 0;
+  std::size_t offers_told_ = 0;
 };
 
 // Names the source of the frames, and the photographs that were offered.
@@ -364,7 +390,10 @@ class Receiver {
 
   void tell() {
     next_tell_ = Clock::now() + kTell;
-    if (callbacks_.told && live_) callbacks_.told({seconds(), 0, record_.frames, 0, live_->status()});
+    if (!live_) return;
+    const LiveStatus status = live_->status();
+    note_moment(seconds(), status, offers_told_, record_);
+    if (callbacks_.told) callbacks_.told({seconds(), 0, record_.frames, 0, status});
   }
 
   void warn(const std::string& sentence) const {
@@ -383,6 +412,7 @@ class Receiver {
   std::shared_ptr<void> watch_;
   Clock::time_point start_, next_tell_ = Clock::now() + kTell;
   bool ended_ = false;
+  std::size_t offers_told_ = 0;
 };
 
 }  // namespace
