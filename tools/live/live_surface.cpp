@@ -12,6 +12,7 @@
 #include "mesh/base/requirement.h"
 #include "mesh/cells/cell_growth.h"
 #include "mesh/repair/repair.h"
+#include "tools/live/kept_depths.h"
 #include "tools/meshing/cut/small_pieces.h"
 #include "tools/meshing/depth/scene_depth.h"
 
@@ -62,11 +63,11 @@ void check(const LiveSurfaceOptions& options) {
   live_surface_requires(options.max_blocks >= 1, "max_blocks", 0, "at least 1");
 }
 
-LiveSurface::LiveSurface(const LiveSurfaceOptions& options)
-    : options_(options),
-      kept_(options.scratch_folder.empty() ? std::filesystem::temp_directory_path() : options.scratch_folder,
-            options.kept_memory, options.kept_bytes) {
+LiveSurface::LiveSurface(const LiveSurfaceOptions& options) : options_(options) {
   check(options);
+  kept_ = std::make_unique<KeptDepths>(
+      options.scratch_folder.empty() ? std::filesystem::temp_directory_path() : options.scratch_folder,
+      options.kept_memory, options.kept_bytes);
 }
 
 LiveSurface::~LiveSurface() = default;
@@ -97,7 +98,7 @@ bool LiveSurface::add(const DepthImage& image, const std::string& name) {
   }
   if (!fusion_->add(in_grid(image.camera, rounded))) return false;
   if (name.empty()) return true;
-  if (const std::optional<std::size_t> number = kept_.keep(rounded)) {
+  if (const std::optional<std::size_t> number = kept_->keep(rounded)) {
     frames_.insert_or_assign(name, Frame{image.camera, image.camera, *number});
   }
   return true;
@@ -135,7 +136,7 @@ bool LiveSurface::follow_move() {
     return false;
   }
   moved_.erase(farthest);
-  const RoundedDepth depth = kept_.image(frame.kept);
+  const RoundedDepth depth = kept_->image(frame.kept);
   fusion_->remove(in_grid(frame.fused, depth));
   frame.fused = frame.wanted;
   bool added = false;

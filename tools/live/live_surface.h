@@ -21,10 +21,11 @@
 #include "atlas/surface.h"
 #include "mesh/visibility/growing_visibility.h"
 #include "mesh/visibility/visibility.h"
-#include "tools/live/kept_depths.h"
 #include "tools/meshing/depth/growing_fusion.h"
 
 namespace lumatlas {
+
+class KeptDepths;
 
 struct LiveSurfaceOptions {
   // Side of a voxel, scene units, > 0. None: kLiveVoxelPixels of the first depth frame at its median depth.
@@ -109,7 +110,7 @@ class LiveSurface {
   double usual_distance_ = 0;
   std::shared_ptr<const Surface> last_;
   double voxel_ = 0;  // scene units; 0 before the first frame
-  KeptDepths kept_;
+  std::unique_ptr<KeptDepths> kept_;
   std::unordered_map<std::string, Frame> frames_;
   std::set<std::string> moved_;  // frames whose pose may be another one than they were fused with
 };
