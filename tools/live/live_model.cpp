@@ -78,8 +78,7 @@ void check(const LiveOptions& options) {
 // surface to the thread of the depths.
 struct LiveModel::State {
   explicit State(const LiveOptions& given) : options(given), planner_options(given.planner), surface(given.surface) {
-    views_thread = std::thread([this] { run_guarded([this] { run_views(); }); });
-    depths_thread = std::thread([this] { run_guarded([this] { run_depths(); }); });
+    start_threads([](const auto& run) { BackgroundArena().run(run); });
   }
   ~State() { end_threads(); }
   State(const State&) = delete;
@@ -104,6 +103,7 @@ struct LiveModel::State {
   std::mutex mutex;  // guards all members below
   std::condition_variable changed;
   bool stop = false, finishing = false;
+  bool hurries = false;       // what is left is worked off at the priority of the caller
   bool follows_moves = true;  // false: depth frames stay where they were fused
   std::exception_ptr failure;
   std::shared_ptr<Atlas> shown_atlas;  // `atlas`, once there is one
@@ -138,9 +138,14 @@ struct LiveModel::State {
   std::thread views_thread, depths_thread;
 
  private:
+  template <typename Place>
+  void start_threads(const Place& place);
   template <typename Run>
   void run_guarded(const Run& run);
+  void join_threads();
   void end_threads();
+  // Called with the mutex locked: whether a thread is to return.
+  [[nodiscard]] bool is_over() const { return stop || (finishing && !hurries); }
   void require_going() const;
 
   // A waiting view that is to be decided on the next surface, and what was decided.
@@ -192,11 +197,19 @@ struct LiveModel::State {
   std::uint64_t offers_ = 0;
 };
 
+// Starts both threads, which run their loops in a place: place(loop).
+template <typename Place>
+void LiveModel::State::start_threads(const Place& place) {
+  const auto run = [this, place](void (State::*loop)()) { run_guarded([&] { place([&] { (this->*loop)(); }); }); };
+  views_thread = std::thread(run, &State::run_views);
+  depths_thread = std::thread(run, &State::run_depths);
+}
+
 // Keeps the exception that ends a thread, which every later call throws.
 template <typename Run>
 void LiveModel::State::run_guarded(const Run& run) {
   try {
-    BackgroundArena().run(run);
+    run();
   } catch (...) {
     const std::lock_guard<std::mutex> lock(mutex);
     if (!failure) failure = std::current_exception();
@@ -211,6 +224,10 @@ void LiveModel::State::end_threads() {
     stop = true;
     changed.notify_all();
   }
+  join_threads();
+}
+
+void LiveModel::State::join_threads() {
   if (views_thread.joinable()) views_thread.join();
   if (depths_thread.joinable()) depths_thread.join();
 }
@@ -368,9 +385,10 @@ void LiveModel::State::run_views() {
   for (;;) {
     // A surface may wait for a time, of which nothing tells.
     changed.wait_for(lock, std::chrono::milliseconds(50), [&] {
-      return stop || !moves.empty() || may_take_surface() || next_view() || old_depths || (sight && !passed.empty());
+      return is_over() || !moves.empty() || may_take_surface() || next_view() || old_depths ||
+             (sight && !passed.empty());
     });
-    if (stop) return;
+    if (is_over()) return;
     views_busy = true;
     if (!moves.empty() && sight) {
       take_moves(lock);
@@ -585,14 +603,14 @@ void LiveModel::State::run_depths() {
   int fused = 0;  // depth frames since the last one was moved
   for (;;) {
     const auto has_work = [&] {
-      return stop || !depths.empty() || !depth_moves.empty() || status.depths_to_move > 0 || may_make_surface();
+      return is_over() || !depths.empty() || !depth_moves.empty() || status.depths_to_move > 0 || may_make_surface();
     };
     if (fused_unshown > 0 && !grown && !finishing) {
       changed.wait_until(lock, next_surface, has_work);
     } else {
       changed.wait(lock, has_work);
     }
-    if (stop) return;
+    if (is_over()) return;
     depths_busy = true;
     if (!depth_moves.empty()) {
       take_depth_moves(lock);
@@ -684,7 +702,18 @@ LiveResult LiveModel::State::finish(std::uint32_t polish_steps, bool follow_move
     finishing = true;
     follows_moves = follow_moves;
     if (!follow_moves) status.depths_to_move = 0;
+    // The last surface shows all that was fused, also in blocks that a version before did not show anew.
+    if ((sight || grown) && fused_unshown == 0) fused_unshown = 1;
     changed.notify_all();
+  }
+  // No offer comes any more that work would have to give way to: other threads work off the rest.
+  join_threads();
+  {
+    Lock lock(mutex);
+    hurries = true;
+    lock.unlock();
+    start_threads([](const auto& run) { run(); });
+    lock.lock();
     changed.wait(lock, [&] { return stop || all_rests(); });
   }
   end_threads();
