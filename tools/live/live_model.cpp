@@ -702,8 +702,6 @@ LiveResult LiveModel::State::finish(std::uint32_t polish_steps, bool follow_move
     finishing = true;
     follows_moves = follow_moves;
     if (!follow_moves) status.depths_to_move = 0;
-    // The last surface shows all that was fused, also in blocks that a version before did not show anew.
-    if ((sight || grown) && fused_unshown == 0) fused_unshown = 1;
     changed.notify_all();
   }
   // No offer comes any more that work would have to give way to: other threads work off the rest.
@@ -711,6 +709,8 @@ LiveResult LiveModel::State::finish(std::uint32_t polish_steps, bool follow_move
   {
     Lock lock(mutex);
     hurries = true;
+    // The last surface shows all that was fused, also in blocks that a version before did not show anew.
+    if ((sight || grown) && fused_unshown == 0) fused_unshown = 1;
     lock.unlock();
     start_threads([](const auto& run) { run(); });
     lock.lock();
