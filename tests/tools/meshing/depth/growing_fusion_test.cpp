@@ -85,15 +85,16 @@ TEST_CASE("images that are taken out again leave the volume as it was, to the bi
     REQUIRE(fusion.add(moved(image)));
   }
   CHECK_FALSE(is_same(fusion.surface(), surface));
-  for (auto image = images.rbegin(); image != images.rend(); ++image) {
-    fusion.remove(moved(*image));
-    REQUIRE(fusion.add(*image));
+  const std::vector<DepthImage> backwards(images.rbegin(), images.rend());
+  for (const DepthImage& image : backwards) {
+    fusion.remove(moved(image));
+    REQUIRE(fusion.add(image));
   }
   CHECK(fusion.blocks() == blocks);
   CHECK(is_same(fusion.surface(), surface));
   CHECK(is_same(fusion.surface(GrowingFusion::Show::everything), surface));
   GrowingFusion other_order(ball_options());
-  for (auto image = images.rbegin(); image != images.rend(); ++image) REQUIRE(other_order.add(*image));
+  for (const DepthImage& image : backwards) REQUIRE(other_order.add(image));
   CHECK(is_same(other_order.surface(), surface));
   for (const DepthImage& image : images) fusion.remove(image);
   CHECK(fusion.blocks() == 0);
