@@ -79,6 +79,20 @@ EmbreeScene make_embree_scene(RTCDevice device, const Mesh& mesh, RTCBuildQualit
   return scene;
 }
 
+EmbreeScene make_embree_instances(RTCDevice device, std::span<const RTCScene> parts) {
+  EmbreeScene scene(rtcNewScene(device));
+  rtcSetSceneFlags(scene.get(), RTC_SCENE_FLAG_ROBUST);
+  for (std::size_t part = 0; part < parts.size(); ++part) {
+    const EmbreeHandle<RTCGeometry> instance(rtcNewGeometry(device, RTC_GEOMETRY_TYPE_INSTANCE));
+    rtcSetGeometryInstancedScene(instance.get(), parts[part]);
+    rtcCommitGeometry(instance.get());
+    rtcAttachGeometryByID(scene.get(), instance.get(), static_cast<unsigned>(part));
+  }
+  rtcCommitScene(scene.get());
+  throw_on_error(device, "building a tree of parts");
+  return scene;
+}
+
 EmbreePacket::EmbreePacket() {
   for (std::uint32_t ray = 0; ray < kRays; ++ray) {
     place(hits.ray, ray, glm::vec3(0), glm::vec3(0, 0, 1), -1);

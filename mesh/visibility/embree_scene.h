@@ -7,8 +7,10 @@
 #include <cstdint>
 #include <glm/vec3.hpp>
 #include <memory>
+#include <span>
 #include <type_traits>
 
+#include "mesh/base/id.h"
 #include "mesh/mesh.h"
 
 namespace lumatlas {
@@ -31,6 +33,22 @@ using EmbreeScene = EmbreeHandle<RTCScene>;
 // Robust: no ray leaks through the shared edge of two faces. The mesh is copied. Throws std::runtime_error if Embree
 // fails, for want of memory for example.
 [[nodiscard]] EmbreeScene make_embree_scene(RTCDevice device, const Mesh& mesh, RTCBuildQuality quality);
+
+// A mesh that rays are cast at: one scene of all faces, or one of instances, which have parts of the faces.
+struct TracedMesh {
+  RTCScene scene = nullptr;
+  // Empty for a scene of all faces. Of instances: the faces of the mesh, part by part, and where each part begins.
+  std::span<const FaceId> faces = {};
+  std::span<const std::uint32_t> first = {};
+
+  [[nodiscard]] FaceId face(std::uint32_t instance, std::uint32_t primitive) const {
+    return faces.empty() ? FaceId{primitive} : faces[first[instance] + primitive];
+  }
+};
+
+// Returns a scene of other scenes of the same device, each as it is, whose instance number is its place in the list.
+// They must outlive it. Throws as make_embree_scene().
+[[nodiscard]] EmbreeScene make_embree_instances(RTCDevice device, std::span<const RTCScene> parts);
 
 // Coherent rays, those that are near each other, to be traced together.
 //

@@ -17,13 +17,14 @@ namespace lumatlas {
 // written by finish(), which must be called at the end.
 class PixelPackets {
  public:
-  PixelPackets(const Camera& camera, std::uint32_t left, std::uint32_t top, RTCScene scene, VisibilityBuffer& buffer)
+  PixelPackets(const Camera& camera, std::uint32_t left, std::uint32_t top, const TracedMesh& mesh,
+               VisibilityBuffer& buffer)
       : camera_(camera),
         left_(left),
         top_(top),
         origin_(camera.center()),
         sees_(is_traceable(origin_)),
-        scene_(scene),
+        mesh_(mesh),
         buffer_(buffer) {}
 
   // Takes a pixel of the buffer.
@@ -42,11 +43,11 @@ class PixelPackets {
 
   void finish() {
     if (rays_ == 0) return;
-    packet_.intersect(scene_);
+    packet_.intersect(mesh_.scene);
     for (std::uint32_t i = 0; i < rays_; ++i) {
       if (packet_.hits.hit.geomID[i] == RTC_INVALID_GEOMETRY_ID) continue;
       buffer_.depth[pixels_[i]] = packet_.hits.ray.tfar[i];
-      buffer_.face[pixels_[i]] = FaceId{packet_.hits.hit.primID[i]};
+      buffer_.face[pixels_[i]] = mesh_.face(packet_.hits.hit.instID[0][i], packet_.hits.hit.primID[i]);
     }
     packet_ = {};
     rays_ = 0;
@@ -57,7 +58,7 @@ class PixelPackets {
   std::uint32_t left_, top_;
   glm::vec3 origin_;
   bool sees_;
-  RTCScene scene_;
+  TracedMesh mesh_;
   VisibilityBuffer& buffer_;
   EmbreePacket packet_;
   std::size_t pixels_[EmbreePacket::kRays] = {};

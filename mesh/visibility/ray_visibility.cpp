@@ -11,11 +11,13 @@
 #include <span>
 #include <stdexcept>
 #include <string>
+#include <utility>
 
 #include "mesh/base/number_text.h"
 #include "mesh/visibility/embree_scene.h"
 #include "mesh/visibility/pixel_packets.h"
 #include "mesh/visibility/sparse_rays.h"
+#include "mesh/visibility/traced_parts.h"
 
 namespace lumatlas {
 
@@ -40,6 +42,10 @@ class RayVisibility::Tree {
     if (mesh.faces.empty()) throw std::invalid_argument("ray casting: the mesh has no faces, must have at least one");
     device_ = make_embree_device();
     scene_ = make_embree_scene(device_.get(), mesh, RTC_BUILD_QUALITY_MEDIUM);
+    traced_.scene = scene_.get();
+  }
+  explicit Tree(TracedParts parts) : parts_(std::move(parts)) {
+    traced_ = {parts_.scene.get(), parts_.faces, parts_.first};
   }
 
   // `wanted` as of trace_part(); empty: everything.
@@ -50,7 +56,7 @@ class RayVisibility::Tree {
     const std::uint32_t rows = (window.height + kPacketSide - 1) / kPacketSide;
     tbb::parallel_for(tbb::blocked_range2d<std::uint32_t>(0, rows, 4, 0, columns, 16),
                       [&](const tbb::blocked_range2d<std::uint32_t>& block) {
-                        PixelPackets packets(camera, window.x, window.y, scene_.get(), buffer);
+                        PixelPackets packets(camera, window.x, window.y, traced_, buffer);
                         for (std::uint32_t row = block.rows().begin(); row != block.rows().end(); ++row) {
                           for (std::uint32_t column = block.cols().begin(); column != block.cols().end(); ++column) {
                             trace_packet(wanted, column * kPacketSide, row * kPacketSide, packets, buffer);
@@ -63,7 +69,7 @@ class RayVisibility::Tree {
                       VisibilityBuffer& buffer) const {
     if (whole(camera).pixels() < kSparseFromPixels) return trace(camera, window, wanted, buffer);
     resize(camera, window, buffer);
-    lumatlas::trace_sparsely(camera, window, scene_.get(), wanted, buffer);
+    lumatlas::trace_sparsely(camera, window, traced_, wanted, buffer);
   }
 
  private:
@@ -101,9 +107,13 @@ class RayVisibility::Tree {
 
   EmbreeDevice device_;
   EmbreeScene scene_;
+  TracedParts parts_;
+  TracedMesh traced_;
 };
 
 RayVisibility::RayVisibility(const Mesh& mesh) : tree_(std::make_unique<const Tree>(mesh)) {}
+
+RayVisibility::RayVisibility(TracedParts parts) : tree_(std::make_unique<const Tree>(std::move(parts))) {}
 
 RayVisibility::~RayVisibility() = default;
 

@@ -15,10 +15,14 @@ namespace lumatlas {
 // Returns the pixels that trace_part() looks at for a part of the camera's image: some more on all sides.
 [[nodiscard]] PixelRect window_for_part(const Camera& camera, const PixelRect& part);
 
+struct TracedParts;
+
 class RayVisibility final : public Visibility {
  public:
   // Throws what make_ray_visibility() does.
   explicit RayVisibility(const Mesh& mesh);
+  // For GrowingVisibility: casts rays at parts of a mesh that stand already.
+  explicit RayVisibility(TracedParts parts);
   ~RayVisibility() override;
 
   using Visibility::trace;

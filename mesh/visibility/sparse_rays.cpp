@@ -72,11 +72,11 @@ std::vector<std::uint8_t> squares_away(const Squares& squares, std::uint32_t wid
 
 class SparseRays {
  public:
-  SparseRays(const Camera& camera, const PixelRect& window, RTCScene scene, std::span<const std::uint8_t> wanted,
-             VisibilityBuffer& buffer)
+  SparseRays(const Camera& camera, const PixelRect& window, const TracedMesh& mesh,
+             std::span<const std::uint8_t> wanted, VisibilityBuffer& buffer)
       : camera_(camera),
         window_(window),
-        scene_(scene),
+        mesh_(mesh),
         buffer_(buffer),
         width_(window.width),
         height_(window.height),
@@ -112,7 +112,7 @@ class SparseRays {
   // Block by block, so that rays of a packet are near each other.
   template <typename Takes>
   void trace_square(std::uint32_t left, std::uint32_t top, const Takes& takes) {
-    PixelPackets packets(camera_, window_.x, window_.y, scene_, buffer_);
+    PixelPackets packets(camera_, window_.x, window_.y, mesh_, buffer_);
     const std::uint32_t right = std::min(left + kSquareSide, window_.width);
     const std::uint32_t bottom = std::min(top + kSquareSide, window_.height);
     for (std::uint32_t block_top = top; block_top < bottom; block_top += kBlockSide) {
@@ -160,7 +160,7 @@ class SparseRays {
 
   const Camera& camera_;
   PixelRect window_;
-  RTCScene scene_;
+  TracedMesh mesh_;
   VisibilityBuffer& buffer_;
   std::int64_t width_, height_;
   Squares squares_;
@@ -169,14 +169,14 @@ class SparseRays {
 
 }  // namespace
 
-void trace_sparsely(const Camera& camera, const PixelRect& window, RTCScene scene, std::span<const std::uint8_t> wanted,
-                    VisibilityBuffer& buffer) {
+void trace_sparsely(const Camera& camera, const PixelRect& window, const TracedMesh& mesh,
+                    std::span<const std::uint8_t> wanted, VisibilityBuffer& buffer) {
   constexpr float kNothing = std::numeric_limits<float>::infinity();
   if (!wanted.empty()) {
     std::fill(buffer.depth.begin(), buffer.depth.end(), kNothing);
     std::fill(buffer.face.begin(), buffer.face.end(), FaceId::none);
   }
-  SparseRays(camera, window, scene, wanted, buffer).trace();
+  SparseRays(camera, window, mesh, wanted, buffer).trace();
   for (std::size_t pixel = 0; pixel < wanted.size(); ++pixel) {
     if (wanted[pixel] != 0) continue;
     buffer.depth[pixel] = kNothing;

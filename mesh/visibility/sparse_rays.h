@@ -19,7 +19,7 @@ inline constexpr std::uint32_t kRaySquareSide = 64;
 // Implements Visibility::trace_sparsely(), and RayVisibility::trace_part() unless `wanted` is empty. The buffer and
 // `wanted` have the size of the window, whose left and top are multiples of kRaySquareSide. The result is the same on
 // any number of threads.
-void trace_sparsely(const Camera& camera, const PixelRect& window, RTCScene scene, std::span<const std::uint8_t> wanted,
-                    VisibilityBuffer& buffer);
+void trace_sparsely(const Camera& camera, const PixelRect& window, const TracedMesh& mesh,
+                    std::span<const std::uint8_t> wanted, VisibilityBuffer& buffer);
 
 }  // namespace lumatlas

@@ -47,8 +47,9 @@ int main() {
   LiveModel live(options);
   for (int step = 0; step < 12; ++step) {
     const Camera camera = camera_at(step);
-    live.fuse(camera, [camera] { return depth_of(camera); });
-    live.offer("frame " + std::to_string(step), camera, [camera] { return photograph_of(camera); });
+    const std::string name = "frame " + std::to_string(step);
+    live.fuse(name, camera, [camera] { return depth_of(camera); });
+    live.offer(name, camera, [camera] { return photograph_of(camera); });
     if (const auto now = live.snapshot()) std::printf("frame %d: %zu faces\n", step, now->surface->mesh.faces.size());
   }
   const LiveResult model = live.finish();

@@ -92,6 +92,22 @@ nlohmann::json finish_json(const FinishRecord& finish) {
       {"done", true}, {"voxel", finish.voxel}, {"fusing_ms", finish.fusing_ms}, {"building_ms", finish.building_ms}};
 }
 
+nlohmann::json moments_json(const std::vector<PlaybackMoment>& moments) {
+  nlohmann::json list = nlohmann::json::array();
+  for (const PlaybackMoment& moment : moments) {
+    list.push_back({{"seconds", moment.seconds},
+                    {"frames", moment.frames},
+                    {"offer_ms", {{"median", moment.offer_median_ms}, {"worst", moment.offer_worst_ms}}},
+                    {"depths", {{"given", moment.depths_given}, {"fused", moment.depths_fused}}},
+                    {"held", moment.held},
+                    {"waiting", moment.waiting},
+                    {"faces", moment.faces},
+                    {"summed_coverage", moment.summed_coverage},
+                    {"resident_bytes", moment.resident_bytes}});
+  }
+  return list;
+}
+
 nlohmann::json live_json(const PlaybackRecord& record) {
   const LiveStatus& live = record.live;
   return {
@@ -101,6 +117,9 @@ nlohmann::json live_json(const PlaybackRecord& record) {
       {"dropped_views", live.dropped},
       {"depths", {{"given", live.depths_given}, {"dropped", live.depths_dropped}, {"refused", live.depths_refused}}},
       {"offer_ms", spread_json(record.offer_ms)},
+      {"moments", moments_json(record.moments)},
+      {"moving_ms", times_json(live.moving)},
+      {"fusing_again_ms", times_json(live.fusing_again)},
       {"until_stored_ms", spread_json(times_until_stored(record))},
       {"late_ms", spread_json(record.late_ms)},
       {"fusion_ms", times_json(live.fusion)},

@@ -66,18 +66,17 @@ void LiveCoverage::remove_waiting(std::uint32_t number) {
   ledger_.erase(slot_of(number));
 }
 
-void LiveCoverage::follow(const PlannedStore& store, bool with_demand) {
-  for (ViewSlot slot{0}; slot < max_views_; ++slot) {
-    const bool holds = store.ledger().stored(slot);
-    const std::string name = holds ? store.name_of(slot) : std::string();
-    if (holds == ledger_.stored(slot) && name == names_[slot]) continue;
-    if (ledger_.stored(slot)) ledger_.erase(slot);
-    names_[slot] = name;
-    if (!holds) continue;
-    const std::span<const CellPart> parts = store.ledger().parts(slot);
-    if (with_demand) ledger_.add_demand(parts);
-    ledger_.insert(slot, {parts.begin(), parts.end()});
-  }
+bool LiveCoverage::follow(const PlannedStore& store, ViewSlot slot, bool with_demand) {
+  const bool holds = store.ledger().stored(slot);
+  const std::string name = holds ? store.name_of(slot) : std::string();
+  if (holds == ledger_.stored(slot) && name == names_[slot]) return false;
+  if (ledger_.stored(slot)) ledger_.erase(slot);
+  names_[slot] = name;
+  if (!holds) return true;
+  const std::span<const CellPart> parts = store.ledger().parts(slot);
+  if (with_demand) ledger_.add_demand(parts);
+  ledger_.insert(slot, {parts.begin(), parts.end()});
+  return true;
 }
 
 }  // namespace lumatlas

@@ -49,9 +49,9 @@ class LiveCoverage {
   // Counts a view that waits, and returns its number among them; there must be room.
   std::uint32_t add_waiting(const Sighting& seen);
   void remove_waiting(std::uint32_t number);
-  // Counts the stored views as the planner does; those in the same view slots as before take no time. `with_demand`:
-  // counts the demand of the new ones too.
-  void follow(const PlannedStore& store, bool with_demand = false);
+  // Counts the view of one slot of the store as the planner does, and returns whether it is another one than before.
+  // `with_demand`: counts its demand too.
+  bool follow(const PlannedStore& store, ViewSlot slot, bool with_demand = false);
 
  private:
   [[nodiscard]] ViewSlot slot_of(std::uint32_t waiting) const { return ViewSlot{max_views_ + waiting}; }

@@ -5,6 +5,7 @@
 #include <condition_variable>
 #include <exception>
 #include <functional>
+#include <iterator>
 #include <map>
 #include <mutex>
 #include <stdexcept>
@@ -12,9 +13,11 @@
 #include <utility>
 
 #include "atlas/atlas.h"
+#include "mesh/base/errors.h"
 #include "mesh/base/requirement.h"
 #include "planner/geometry_follower.h"
 #include "planner/tile_choice.h"
+#include "tools/live/background_arena.h"
 #include "tools/live/live_coverage.h"
 #include "tools/live/waiting.h"
 
@@ -28,11 +31,17 @@ constexpr Requirement live_requires{"live"};
 constexpr double kMuchUnseen = 0.2;
 constexpr double kStoringShare = 2;  // as much time for views as for surfaces, times this, while both wait
 constexpr int kRenewedAView = 2;     // depths of other views that are made again before the next view is stored
+constexpr int kFusedAMove = 2;       // depth frames that are fused, if any wait, before the next one is moved
 constexpr std::size_t kMostPassed =
     256;  // views that count for demand and wait for it; of more the first are forgotten
 
 double ms_of(LiveClock::duration time) {
   return std::chrono::duration<double, std::milli>(time).count();
+}
+
+void take_pose(const Camera& from, Camera& camera) {
+  camera.cam_from_world_rotation = from.cam_from_world_rotation;
+  camera.cam_from_world_translation = from.cam_from_world_translation;
 }
 
 // Adds the time from its construction to a sum when told so.
@@ -69,19 +78,18 @@ void check(const LiveOptions& options) {
 // surface to the thread of the depths.
 struct LiveModel::State {
   explicit State(const LiveOptions& given) : options(given), planner_options(given.planner), surface(given.surface) {
-    views_thread = std::thread([this] { run_guarded([this] { run_views(); }); });
-    depths_thread = std::thread([this] { run_guarded([this] { run_depths(); }); });
+    start_threads([](const auto& run) { BackgroundArena().run(run); });
   }
   ~State() { end_threads(); }
   State(const State&) = delete;
   State& operator=(const State&) = delete;
 
   LiveVerdict offer(const std::string& name, const Camera& camera, PhotographSource photograph);
-  void fuse(const Camera& camera, std::function<DepthImage()> depth);
+  void fuse(const std::string& name, const Camera& camera, std::function<DepthImage()> depth);
   void move_views(std::vector<MovedView> views);
   std::shared_ptr<const Snapshot> snapshot();
   LiveStatus status_now();
-  LiveResult finish(std::uint32_t polish_steps);
+  LiveResult finish(std::uint32_t polish_steps, bool follow_moves);
 
   using Lock = std::unique_lock<std::mutex>;
 
@@ -95,6 +103,8 @@ struct LiveModel::State {
   std::mutex mutex;  // guards all members below
   std::condition_variable changed;
   bool stop = false, finishing = false;
+  bool hurries = false;       // what is left is worked off at the priority of the caller
+  bool follows_moves = true;  // false: depth frames stay where they were fused
   std::exception_ptr failure;
   std::shared_ptr<Atlas> shown_atlas;  // `atlas`, once there is one
 
@@ -102,6 +112,7 @@ struct LiveModel::State {
   std::shared_ptr<const LiveSight> sight;
   std::uint64_t sight_depths = 0;
   std::unique_ptr<LiveCoverage> coverage;
+  std::vector<std::shared_ptr<const LiveSight>> retired;  // that offers may still look at
 
   std::vector<WaitingView> waiting;
   std::vector<Camera> passed;  // cameras of views that were not needed
@@ -110,6 +121,7 @@ struct LiveModel::State {
   bool old_depths = false;  // views wait for the depth that they have on the surface
 
   std::vector<WaitingDepth> depths;
+  std::vector<MovedView> depth_moves;  // that the surface has not been told yet
   bool depths_busy = false;
   std::uint64_t fused_unshown = 0;  // depth frames that the last surface does not have
   LiveClock::time_point next_surface{};
@@ -126,9 +138,14 @@ struct LiveModel::State {
   std::thread views_thread, depths_thread;
 
  private:
+  template <typename Place>
+  void start_threads(const Place& place);
   template <typename Run>
   void run_guarded(const Run& run);
+  void join_threads();
   void end_threads();
+  // Called with the mutex locked: whether a thread is to return.
+  [[nodiscard]] bool is_over() const { return stop || (finishing && !hurries); }
   void require_going() const;
 
   // A waiting view that is to be decided on the next surface, and what was decided.
@@ -144,7 +161,9 @@ struct LiveModel::State {
   };
 
   // Called with the mutex locked.
-  [[nodiscard]] bool depths_rest() const { return depths.empty() && !depths_busy && fused_unshown == 0; }
+  [[nodiscard]] bool depths_rest() const {
+    return depths.empty() && !depths_busy && fused_unshown == 0 && depth_moves.empty() && status.depths_to_move == 0;
+  }
   [[nodiscard]] bool all_rests() const;
   [[nodiscard]] bool is_ready(const WaitingView& view, std::uint64_t surface_depths) const;
   [[nodiscard]] std::optional<std::size_t> next_view() const;
@@ -164,6 +183,8 @@ struct LiveModel::State {
   void take_moves(Lock& lock);
   void count_anew(Lock& lock, std::shared_ptr<const LiveSight> next, std::uint64_t next_depths);
   void fuse_next(Lock& lock);
+  void take_depth_moves(Lock& lock);
+  void fuse_again(Lock& lock);
   void make_surface(Lock& lock);
 
   // Called without the lock.
@@ -175,6 +196,14 @@ struct LiveModel::State {
   void start_planner(const GrownSurface& first);
   std::uint64_t offers_ = 0;
 };
+
+// Starts both threads, which run their loops in a place: place(loop).
+template <typename Place>
+void LiveModel::State::start_threads(const Place& place) {
+  const auto run = [this, place](void (State::*loop)()) { run_guarded([&] { place([&] { (this->*loop)(); }); }); };
+  views_thread = std::thread(run, &State::run_views);
+  depths_thread = std::thread(run, &State::run_depths);
+}
 
 // Keeps the exception that ends a thread, which every later call throws.
 template <typename Run>
@@ -195,6 +224,10 @@ void LiveModel::State::end_threads() {
     stop = true;
     changed.notify_all();
   }
+  join_threads();
+}
+
+void LiveModel::State::join_threads() {
   if (views_thread.joinable()) views_thread.join();
   if (depths_thread.joinable()) depths_thread.join();
 }
@@ -231,7 +264,8 @@ bool LiveModel::State::may_take_surface() const {
 
 bool LiveModel::State::may_make_surface() const {
   if (fused_unshown == 0 || grown) return false;
-  return finishing ? depths.empty() : LiveClock::now() >= next_surface;
+  return finishing ? depths.empty() && depth_moves.empty() && status.depths_to_move == 0
+                   : LiveClock::now() >= next_surface;
 }
 
 void LiveModel::State::note_passed(const Camera& camera) {
@@ -292,13 +326,13 @@ void LiveModel::State::give_up(std::size_t place, LiveVerdict& verdict) {
   verdict.dropped.push_back(std::move(view.name));
 }
 
-void LiveModel::State::fuse(const Camera& camera, std::function<DepthImage()> depth) {
+void LiveModel::State::fuse(const std::string& name, const Camera& camera, std::function<DepthImage()> depth) {
   check(camera);
   if (!depth) throw std::invalid_argument("live: there is no function for the depth frame");
   const std::lock_guard<std::mutex> lock(mutex);
   require_going();
   ++status.depths_given;
-  depths.push_back({camera, std::move(depth)});
+  depths.push_back({name, camera, std::move(depth)});
   if (depths.size() > options.waiting_depths) {
     depths.erase(depths.begin() + static_cast<std::ptrdiff_t>(most_alike(depths)));
     ++status.depths_dropped;
@@ -308,12 +342,21 @@ void LiveModel::State::fuse(const Camera& camera, std::function<DepthImage()> de
 
 void LiveModel::State::move_views(std::vector<MovedView> views) {
   for (const MovedView& view : views) check(view.camera);
+  std::vector<MovedView> for_depths = views;
   const std::lock_guard<std::mutex> lock(mutex);
   require_going();
+  const auto moved = [&](const std::string& name) -> const Camera* {
+    const auto found = std::find_if(views.begin(), views.end(), [&](const MovedView& v) { return v.name == name; });
+    return found == views.end() ? nullptr : &found->camera;
+  };
   for (WaitingView& view : waiting) {
-    const auto moved = std::find_if(views.begin(), views.end(), [&](const auto& v) { return v.name == view.name; });
-    if (moved != views.end()) view.camera = moved->camera;
+    if (const Camera* camera = moved(view.name)) view.camera = *camera;
   }
+  for (WaitingDepth& frame : depths) {
+    if (const Camera* camera = frame.name.empty() ? nullptr : moved(frame.name)) take_pose(*camera, frame.camera);
+  }
+  depth_moves.insert(depth_moves.end(), std::make_move_iterator(for_depths.begin()),
+                     std::make_move_iterator(for_depths.end()));
   moves.push_back(std::move(views));
   changed.notify_all();
 }
@@ -342,9 +385,10 @@ void LiveModel::State::run_views() {
   for (;;) {
     // A surface may wait for a time, of which nothing tells.
     changed.wait_for(lock, std::chrono::milliseconds(50), [&] {
-      return stop || !moves.empty() || may_take_surface() || next_view() || old_depths || (sight && !passed.empty());
+      return is_over() || !moves.empty() || may_take_surface() || next_view() || old_depths ||
+             (sight && !passed.empty());
     });
-    if (stop) return;
+    if (is_over()) return;
     views_busy = true;
     if (!moves.empty() && sight) {
       take_moves(lock);
@@ -381,8 +425,13 @@ void LiveModel::State::store_view(Lock& lock, std::size_t place) {
   lock.lock();
   stopwatch.stop(status.storing);
   coverage->remove_waiting(view.counted);
-  coverage->follow(planner->store());
+  for (ViewSlot slot{0}; slot < options.max_views; ++slot) {
+    if (!coverage->follow(planner->store(), slot)) continue;
+    lock.unlock();  // between two views, for offers that wait
+    lock.lock();
+  }
   status.held = planner->store().held_views();
+  status.summed_coverage = planner->store().summed_coverage();
   const Decision decision = outcome.verdict.decision;
   if (!outcome.failure.empty()) {
     ++status.failed;
@@ -440,6 +489,7 @@ void LiveModel::State::take_surface(Lock& lock) {
   old_depths = GeometryFollower(*planner).has_old_depths();
   status.faces = next.surface.surface->mesh.faces.size();
   status.cells = next.surface.surface->cells.cells.size();
+  status.summed_coverage = planner->store().summed_coverage();
   count_anew(lock, std::make_shared<const LiveSight>(LiveSight{next.surface.surface, next.surface.visibility}),
              next.depths);
   const double ms = stopwatch.stop(status.surface_taking);
@@ -468,7 +518,7 @@ void LiveModel::State::count_anew(Lock& lock, std::shared_ptr<const LiveSight> n
   lock.unlock();
   auto fresh =
       std::make_unique<LiveCoverage>(*next->surface, options.max_views, options.waiting_views + 2, planner_options);
-  fresh->follow(planner->store(), true);
+  for (ViewSlot slot{0}; slot < options.max_views; ++slot) (void)fresh->follow(planner->store(), slot, true);
   lock.lock();
   std::map<std::uint64_t, Recount> recounted;
   for (;;) {
@@ -482,10 +532,21 @@ void LiveModel::State::count_anew(Lock& lock, std::shared_ptr<const LiveSight> n
     recount(missing, *next, *fresh, recounted);
     lock.lock();
   }
-  sight = std::move(next);
+  if (sight != next) retired.push_back(std::exchange(sight, std::move(next)));
   sight_depths = next_depths;
   std::swap(coverage, fresh);
   take_recounts(recounted);
+  // What was replaced takes milliseconds to free, and the last offer that looks at it is not to do that.
+  std::vector<std::shared_ptr<const LiveSight>> unseen;
+  std::erase_if(retired, [&](std::shared_ptr<const LiveSight>& old) {
+    if (old.use_count() > 1) return false;
+    unseen.push_back(std::move(old));
+    return true;
+  });
+  lock.unlock();
+  fresh.reset();
+  unseen.clear();
+  lock.lock();
 }
 
 // Views that were given up meanwhile do not count.
@@ -539,19 +600,28 @@ void LiveModel::State::turn_away(const WaitingView& view) {
 
 void LiveModel::State::run_depths() {
   Lock lock(mutex);
+  int fused = 0;  // depth frames since the last one was moved
   for (;;) {
-    const auto has_work = [&] { return stop || !depths.empty() || may_make_surface(); };
+    const auto has_work = [&] {
+      return is_over() || !depths.empty() || !depth_moves.empty() || status.depths_to_move > 0 || may_make_surface();
+    };
     if (fused_unshown > 0 && !grown && !finishing) {
       changed.wait_until(lock, next_surface, has_work);
     } else {
       changed.wait(lock, has_work);
     }
-    if (stop) return;
+    if (is_over()) return;
     depths_busy = true;
-    if (may_make_surface()) {
+    if (!depth_moves.empty()) {
+      take_depth_moves(lock);
+    } else if (may_make_surface()) {
       make_surface(lock);
+    } else if (status.depths_to_move > 0 && (depths.empty() || fused >= kFusedAMove)) {
+      fuse_again(lock);
+      fused = 0;
     } else if (!depths.empty()) {
       fuse_next(lock);
+      ++fused;
     }
     depths_busy = false;
     changed.notify_all();
@@ -566,7 +636,9 @@ void LiveModel::State::fuse_next(Lock& lock) {
   bool added = false;
   std::string why = "a depth frame measured nothing, or the surface has no room for it";
   try {
-    added = surface.add(frame.depth());
+    DepthImage image = frame.depth();
+    take_pose(frame.camera, image.camera);
+    added = surface.add(image, frame.name);
   } catch (const std::exception& error) {
     why = error.what();
   }
@@ -578,6 +650,35 @@ void LiveModel::State::fuse_next(Lock& lock) {
     ++status.depths_refused;
     status.last_failure = why;
   }
+}
+
+void LiveModel::State::take_depth_moves(Lock& lock) {
+  const std::vector<MovedView> views = std::exchange(depth_moves, {});
+  if (!follows_moves) return;
+  lock.unlock();
+  for (const MovedView& view : views) surface.move(view.name, view.camera);
+  lock.lock();
+  status.depths_to_move = surface.moved();
+}
+
+// Fuses a depth frame at its new pose.
+void LiveModel::State::fuse_again(Lock& lock) {
+  lock.unlock();
+  const LiveStopwatch stopwatch;
+  bool followed = false;
+  std::string why;
+  try {
+    followed = surface.follow_move();
+  } catch (const InputError& error) {
+    why = error.what();
+  }
+  lock.lock();
+  if (followed) {
+    stopwatch.stop(status.fusing_again);
+    ++fused_unshown;
+  }
+  if (!why.empty()) status.last_failure = why;
+  status.depths_to_move = follows_moves ? surface.moved() : 0;
 }
 
 void LiveModel::State::make_surface(Lock& lock) {
@@ -594,12 +695,25 @@ void LiveModel::State::make_surface(Lock& lock) {
   next_surface = LiveClock::now() + std::max<std::chrono::milliseconds>(options.surface_interval, rest);
 }
 
-LiveResult LiveModel::State::finish(std::uint32_t polish_steps) {
+LiveResult LiveModel::State::finish(std::uint32_t polish_steps, bool follow_moves) {
   {
     Lock lock(mutex);
     require_going();
     finishing = true;
+    follows_moves = follow_moves;
+    if (!follow_moves) status.depths_to_move = 0;
     changed.notify_all();
+  }
+  // No offer comes any more that work would have to give way to: other threads work off the rest.
+  join_threads();
+  {
+    Lock lock(mutex);
+    hurries = true;
+    // The last surface shows all that was fused, also in blocks that a version before did not show anew.
+    if ((sight || grown) && fused_unshown == 0) fused_unshown = 1;
+    lock.unlock();
+    start_threads([](const auto& run) { run(); });
+    lock.lock();
     changed.wait(lock, [&] { return stop || all_rests(); });
   }
   end_threads();
@@ -628,11 +742,11 @@ LiveModel::LiveModel(const LiveOptions& options) {
 LiveModel::~LiveModel() = default;
 
 LiveVerdict LiveModel::offer(const std::string& name, const Camera& camera, PhotographSource photograph) {
-  return state_->offer(name, camera, std::move(photograph));
+  return run_alone([&] { return state_->offer(name, camera, std::move(photograph)); });
 }
 
-void LiveModel::fuse(const Camera& camera, std::function<DepthImage()> depth) {
-  state_->fuse(camera, std::move(depth));
+void LiveModel::fuse(const std::string& name, const Camera& camera, std::function<DepthImage()> depth) {
+  state_->fuse(name, camera, std::move(depth));
 }
 
 void LiveModel::move_views(std::vector<MovedView> views) {
@@ -652,8 +766,8 @@ std::vector<LiveOutcome> LiveModel::take_outcomes() {
   return std::exchange(state_->outcomes, {});
 }
 
-LiveResult LiveModel::finish(std::uint32_t polish_steps) {
-  return state_->finish(polish_steps);
+LiveResult LiveModel::finish(std::uint32_t polish_steps, bool follow_moves) {
+  return state_->finish(polish_steps, follow_moves);
 }
 
 }  // namespace lumatlas

@@ -4,7 +4,7 @@
 //
 //   LiveModel live(LiveOptions{});
 //   for (const Frame& frame : stream) {
-//     live.fuse(frame.camera, [frame] { return frame.depth(); });
+//     live.fuse(frame.name, frame.camera, [frame] { return frame.depth(); });
 //     live.offer(frame.name, frame.camera, [frame] { return frame.photograph(); });
 //     if (const auto now = live.snapshot()) draw(*now);
 //   }
@@ -80,8 +80,11 @@ struct LiveStatus {
   std::uint64_t stored = 0, outliers = 0;                                  // views, by the planner
   std::uint32_t held = 0, waiting = 0;                                     // views in the store and in the queue
   std::uint64_t depths_given = 0, depths_dropped = 0, depths_refused = 0;  // refused: unreadable, or no room
-  LiveTimes fusion, surface_making, surface_taking, depth_renewing, storing, moving;
+  LiveTimes fusion, surface_making, surface_taking, depth_renewing, storing;
+  LiveTimes moving, fusing_again;      // of stored views, and of depth frames, to their new poses
+  std::uint64_t depths_to_move = 0;    // that the surface has at other poses than their last ones
   std::uint64_t faces = 0, cells = 0;  // of the surface
+  double summed_coverage = 0;          // of the surface by the stored views, see CoverageLedger
   std::string last_failure;            // of a depth frame or photograph; empty: none
 };
 
@@ -113,11 +116,14 @@ class LiveModel {
   // from another thread; what it throws is noted, and the view left out. Where the queue is full, the view with the
   // least news in it is given up. Throws std::invalid_argument for a bad camera or an empty function.
   LiveVerdict offer(const std::string& name, const Camera& camera, PhotographSource photograph);
-  // Adds a depth frame to the surface. `depth` is called later, once or never, from another thread. Where the queue is
-  // full, the frame whose camera is nearest to another one's is given up. Throws as offer().
-  void fuse(const Camera& camera, std::function<DepthImage()> depth);
-  // Gives views other poses, by name, the stored ones at once and those that wait too; names of other views have no
-  // effect. The surface stays as it was fused.
+  // Adds a depth frame to the surface, see LiveSurface::add(). `depth` is called later, once or never, from another
+  // thread; its image is taken from the pose of `camera`. Where the queue is full, the frame whose camera is nearest to
+  // another one's is given up. A frame with a name is kept for move_views(); an empty name keeps nothing. Throws as
+  // offer().
+  void fuse(const std::string& name, const Camera& camera, std::function<DepthImage()> depth);
+  // Gives views and depth frames other poses, by name; other names have no effect. Stored views, and what waits, take
+  // them at once. A depth frame that was fused is taken out of the surface and fused again, frame by frame, between
+  // those that come.
   void move_views(std::vector<MovedView> views);
   // Returns the model as it is now; null while there is no surface.
   [[nodiscard]] std::shared_ptr<const Snapshot> snapshot() const;
@@ -126,9 +132,10 @@ class LiveModel {
   [[nodiscard]] std::vector<LiveOutcome> take_outcomes();
 
   // Works off all that waits, makes the last surface, and ends the threads. Then refines all views together for at most
-  // `polish_steps` steps and brings depths and masks up to date. To be called once; offers come no more afterwards
-  // (std::logic_error).
-  LiveResult finish(std::uint32_t polish_steps = 0);
+  // `polish_steps` steps and brings depths and masks up to date. Without `follow_moves`, depth frames that are to be
+  // fused at another pose stay where they are, for a caller that makes the surface anew. To be called once; offers come
+  // no more afterwards (std::logic_error).
+  LiveResult finish(std::uint32_t polish_steps = 0, bool follow_moves = true);
 
  private:
   struct State;

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// A surface that grows with the depth frames of a stream. Each version keeps the faces, and so the cells, of what has
-// hardly changed since the one before. Erat et al. 2019, section 5, ask for it.
+// A surface that grows with the depth frames of a stream, and follows frames whose poses turn out to be others. Each
+// version keeps the faces, and so the cells, of what has hardly changed since the one before. Erat et al. 2019, section
+// 5, ask for it.
 //
 // Every version is made whole: cut out of all voxels, repaired and divided into cells. The time of a version grows with
 // the scene therefore, and tools/live/README.md has measurements.
@@ -8,16 +9,23 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <filesystem>
 #include <glm/vec3.hpp>
 #include <memory>
 #include <optional>
+#include <set>
+#include <string>
+#include <unordered_map>
 #include <vector>
 
 #include "atlas/surface.h"
+#include "mesh/visibility/growing_visibility.h"
 #include "mesh/visibility/visibility.h"
-#include "tools/meshing/depth/depth_fusion.h"
+#include "tools/meshing/depth/growing_fusion.h"
 
 namespace lumatlas {
+
+class KeptDepths;
 
 struct LiveSurfaceOptions {
   // Side of a voxel, scene units, > 0. None: kLiveVoxelPixels of the first depth frame at its median depth.
@@ -27,6 +35,12 @@ struct LiveSurfaceOptions {
   // more blocks are refused.
   std::size_t max_blocks = std::size_t{1} << 16U;
   glm::dvec3 offset{0};  // that was subtracted from all coordinates, see Surface::offset
+  // Depth frames that may be moved are kept, a byte or two for each pixel: in memory up to the first bound, and in a
+  // temporary file in `scratch_folder` up to the second, of both together; an empty name is the system's folder for
+  // temporary files. Frames beyond that stay where they were fused.
+  std::uint64_t kept_memory = std::uint64_t{256} << 20U;
+  std::uint64_t kept_bytes = std::uint64_t{4} << 30U;
+  std::filesystem::path scratch_folder;
 };
 
 // A surface of voxels as small as a depth image's pixels has far more faces than can follow a stream.
@@ -35,12 +49,22 @@ inline constexpr double kLiveVoxelPixels = 6;
 // Throws std::invalid_argument naming the field, its value and the rule that it breaks.
 void check(const LiveSurfaceOptions& options);
 
+// Wall times of the steps to a version of the surface, milliseconds.
+struct GrowingTimes {
+  double cutting = 0;    // out of the voxels, without small pieces
+  double repairing = 0;  // to a manifold mesh
+  double matching = 0;   // to the faces before
+  double cells = 0;
+  double tree = 0;  // of the visibility
+};
+
 // A version of the surface, and what became of the cells of the version before: see CellGrowth.
 struct GrownSurface {
   std::shared_ptr<const Surface> surface;
   std::shared_ptr<const Visibility> visibility;
   std::vector<CellId> previous_cell;
   std::vector<std::uint8_t> changed;
+  GrowingTimes times;
 };
 
 class LiveSurface {
@@ -51,21 +75,44 @@ class LiveSurface {
   LiveSurface(const LiveSurface&) = delete;
   LiveSurface& operator=(const LiveSurface&) = delete;
 
-  // Returns false, and takes nothing of the frame, if it measured nothing or there is no room for it. Throws
-  // std::invalid_argument as GrowingFusion::add().
-  bool add(const DepthImage& image);
+  // Returns false, and takes nothing of the frame, if it measured nothing or there is no room for it. Depths are
+  // rounded to 1/64 of a voxel, or to 1/65535 of the farthest one. Cosines and slopes are found from them, as
+  // slanted_depth() does; those of the image have no effect. `name` is for move(); a frame without one is not kept.
+  // Throws std::invalid_argument as GrowingFusion::add().
+  bool add(const DepthImage& image, const std::string& name = {});
+
+  // Tells the pose that a frame has in truth: that of `camera`, whose lens has no effect. A frame that was not added or
+  // is not kept stays.
+  void move(const std::string& name, const Camera& camera);
+  // Takes the frame that is farthest from its pose out of the volume, and adds it there. Returns false if all frames
+  // are within 1/50 of a voxel of theirs, by the movement of what they see. A frame that finds no room at its pose is
+  // lost. Throws InputError if the file of kept frames cannot be read; the volume stays as it was then.
+  bool follow_move();
+  [[nodiscard]] std::size_t moved() const { return moved_.size(); }  // frames that may have to follow
   // Returns the next version; none as long as the frames make no surface.
   [[nodiscard]] std::optional<GrownSurface> grow(GrowingFusion::Show show = GrowingFusion::Show::what_changed);
   // Returns the median depth of the first frame, scene units; 0 before it.
   [[nodiscard]] double usual_distance() const { return usual_distance_; }
 
  private:
+  // A frame that is in the volume.
+  struct Frame {
+    Camera fused, wanted;  // the camera that it was fused with, and the pose that it is to have
+    std::size_t kept = 0;  // its number in `kept_`
+  };
+
   void start(const DepthImage& image);
+  [[nodiscard]] double movement(const Frame& frame) const;
 
   LiveSurfaceOptions options_;
   std::unique_ptr<GrowingFusion> fusion_;  // null before the first frame
+  std::unique_ptr<GrowingVisibility> visibility_;
   double usual_distance_ = 0;
   std::shared_ptr<const Surface> last_;
+  double voxel_ = 0;  // scene units; 0 before the first frame
+  std::unique_ptr<KeptDepths> kept_;
+  std::unordered_map<std::string, Frame> frames_;
+  std::set<std::string> moved_;  // frames whose pose may be another one than they were fused with
 };
 
 }  // namespace lumatlas

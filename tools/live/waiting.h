@@ -32,6 +32,7 @@ struct WaitingView {
 };
 
 struct WaitingDepth {
+  std::string name;
   Camera camera;
   std::function<DepthImage()> depth;
 };

@@ -85,6 +85,42 @@ TEST_CASE("Ctrl-C ends a stream, and what came until then is saved as a whole mo
   CHECK(saved["mesh"]["faces"] > 100);
 }
 
+TEST_CASE("Ctrl-C while the model is made anew saves it as the stream left it, at each stage") {
+  // What the program says when it begins to fuse, and when it has begun to store photographs.
+  for (const char* stage : {"finishing: ", "storing views: "}) {
+    CAPTURE(stage);
+    const TemporaryFolder folder;
+    const std::string model = (folder / "model").string();
+    const Run run({"live", streamed().stream, "-o", model, "--speed", "4", "--voxel", "0.06"});
+    Run::wait_until([&] { return run.err().find(stage) != std::string::npos || run.has_ended(); });
+    run.send(SIGINT);
+    const Outcome outcome = run.wait();
+    CAPTURE(outcome.err);
+    CHECK(outcome.status == 0);
+    CHECK_THAT(outcome.err, Catch::Contains("saved as the stream left it: it was asked to stop"));
+    const Outcome inspect = lumatlas({"inspect", model, "--json", "--quiet"});
+    REQUIRE(inspect.status == 0);
+    CHECK(nlohmann::json::parse(inspect.out)["views"]["count"] > 0);
+    CHECK(names_in(folder.path()) == std::vector<std::string>{"model"});
+  }
+}
+
+TEST_CASE("a second Ctrl-C stops the end of a stream that the first one asked for") {
+  const TemporaryFolder folder;
+  const std::string model = (folder / "model").string();
+  const Run run({"live", streamed().stream, "-o", model, "--speed", "0.5", "--voxel", "0.06"});
+  const auto said = [&](const char* text) { return run.err().find(text) != std::string::npos || run.has_ended(); };
+  Run::wait_until([&] { return said("4 are in the model"); });
+  run.send(SIGINT);
+  Run::wait_until([&] { return said("finishing: "); });
+  run.send(SIGINT);
+  const Outcome outcome = run.wait();
+  CAPTURE(outcome.err);
+  CHECK(outcome.status == 0);
+  CHECK_THAT(outcome.err, Catch::Contains("it was asked to stop"));
+  CHECK(lumatlas({"inspect", model, "--json", "--quiet"}).status == 0);
+}
+
 TEST_CASE("live refuses what is no stream with depths, and options that cannot be") {
   const TemporaryFolder folder;
   const std::string model = (folder / "model").string();

@@ -79,7 +79,7 @@ TEST_CASE("offers return while a photograph is being read and a depth frame is b
                         return pattern_photograph(first, 0);
                       })
               .decision == LiveDecision::chosen);
-  live->fuse(first, [&] {
+  live->fuse("first", first, [&] {
     depth.wait();
     return room_depth(first);
   });
@@ -216,11 +216,86 @@ TEST_CASE("after poses have changed, depths and references are those of the late
   CHECK(views > 3);
 }
 
+// Returns the largest distance of a vertex from the room's walls, floor and ceiling or the box in it, scene units.
+double farthest_from_room(const Mesh& mesh) {
+  static const std::unique_ptr<Visibility> visibility = make_ray_visibility(room_surface()->mesh);
+  // Vertices of a surface that is in its place are near what a camera sees along the ray to them.
+  double farthest = 0;
+  for (std::size_t number = 0; number < 20; number += 4) {
+    const Camera camera = room_camera(number);
+    const VisibilityBuffer room = visibility->trace(camera), fused = make_ray_visibility(mesh)->trace(camera);
+    std::vector<double> distances;
+    for (std::size_t pixel = 0; pixel < room.depth.size(); ++pixel) {
+      if (!std::isfinite(room.depth[pixel]) || !std::isfinite(fused.depth[pixel])) continue;
+      distances.push_back(std::abs(room.depth[pixel] - fused.depth[pixel]));
+    }
+    REQUIRE(distances.size() > room.depth.size() / 4);
+    std::nth_element(distances.begin(), distances.begin() + distances.size() * 9 / 10, distances.end());
+    farthest = std::max(farthest, distances[distances.size() * 9 / 10]);
+  }
+  return farthest;
+}
+
+TEST_CASE("after a loop closure the surface is that of a stream without drift") {
+  constexpr std::size_t kFrames = 20;
+  const auto drifted = [](std::size_t number) {
+    Camera camera = room_camera(number);
+    camera.cam_from_world_translation += 0.03 * static_cast<double>(number) * glm::dvec3(0.6, -0.4, 0.7);
+    return camera;
+  };
+  const auto surface_of = [&](bool drifts, bool closes) {
+    LiveModel live(room_live_options());
+    std::vector<MovedView> closed;
+    for (std::size_t number = 0; number < kFrames; ++number) {
+      // The sensor sees the room from where it is, and is said to be elsewhere.
+      live.fuse(room_view(number), drifts ? drifted(number) : room_camera(number),
+                [number] { return room_depth(room_camera(number)); });
+      wait_for([&] { return live.status().fusion.count == number + 1; });  // so that none is given up
+      closed.push_back({room_view(number), room_camera(number)});
+    }
+    if (closes) {
+      live.move_views(closed);
+      wait_for([&] { return live.status().fusing_again.count == kFrames - 1; });  // the first frame has not moved
+      wait_for([&] { return live.status().depths_to_move == 0; });
+    }
+    return live.finish().snapshot.surface->mesh;
+  };
+  const Mesh true_mesh = surface_of(false, false);
+  const double without = farthest_from_room(true_mesh);
+  CHECK(without < 0.05);  // half a voxel
+  CHECK(farthest_from_room(surface_of(true, false)) > 4 * without);
+  const Mesh closed_mesh = surface_of(true, true);
+  CHECK(farthest_from_room(closed_mesh) == without);
+  CHECK(closed_mesh.positions == true_mesh.positions);
+}
+
+TEST_CASE("a caller that makes the surface anew does not wait for depth frames that move") {
+  LiveModel live(room_live_options());
+  std::vector<MovedView> closed;
+  for (std::size_t number = 0; number < 8; ++number) {
+    fuse_room(live, number);
+    wait_for([&] { return live.status().fusion.count == number + 1; });
+    closed.push_back({room_view(number), room_camera(number + 1)});
+  }
+  BlockedSource depth;
+  live.fuse("last", room_camera(9), [&] {
+    depth.wait();
+    return room_depth(room_camera(9));
+  });
+  wait_for([&] { return depth.asked(); });
+  live.move_views(closed);
+  std::future<LiveResult> model = std::async(std::launch::async, [&] { return live.finish(0, false); });
+  std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  depth.release();
+  CHECK(model.get().snapshot.surface != nullptr);
+  CHECK(live.status().fusing_again.count == 0);
+}
+
 TEST_CASE("a photograph or depth frame that cannot be had is noted, and the others go on") {
   LiveModel live(room_live_options());
   for (std::size_t number = 0; number < 8; ++number) {
     fuse_room(live, number);
-    live.fuse(room_camera(number), []() -> DepthImage { throw std::runtime_error("no such depth"); });
+    live.fuse("none", room_camera(number), []() -> DepthImage { throw std::runtime_error("no such depth"); });
     const Camera camera = room_camera(number);
     live.offer(room_view(number), camera, [number, camera] {
       if (number % 2 == 1) throw std::runtime_error("no such photograph");
@@ -279,8 +354,8 @@ TEST_CASE("live calls refuse bad arguments by name") {
   CHECK_THROWS_WITH(LiveModel(options), Catch::Contains("voxel is -1"));
   LiveModel live(room_live_options());
   CHECK_THROWS_AS(live.offer("none", room_camera(0), {}), std::invalid_argument);
-  CHECK_THROWS_AS(live.fuse(room_camera(0), {}), std::invalid_argument);
-  CHECK_THROWS_AS(live.fuse(Camera{}, [] { return DepthImage{}; }), std::invalid_argument);
+  CHECK_THROWS_AS(live.fuse("none", room_camera(0), {}), std::invalid_argument);
+  CHECK_THROWS_AS(live.fuse("none", Camera{}, [] { return DepthImage{}; }), std::invalid_argument);
   CHECK_THROWS_AS(live.move_views({{"none", Camera{}}}), std::invalid_argument);
 }
 

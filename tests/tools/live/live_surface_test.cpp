@@ -54,5 +54,41 @@ TEST_CASE("a live surface takes nothing of a frame that measured nothing or for 
   CHECK_THROWS_WITH(LiveSurface(options), Catch::Contains("cell_size is -1"));
 }
 
+TEST_CASE("a live surface follows frames that move, the farthest first, and back again to the bit") {
+  LiveSurface surface(room_live_options().surface);
+  const auto name = [](std::size_t number) { return room_view(number); };
+  const auto drifted = [](std::size_t number) {
+    Camera camera = room_camera(number);
+    camera.cam_from_world_translation += 0.02 * static_cast<double>(number) * glm::dvec3(1, 0.5, -1);
+    return camera;
+  };
+  constexpr std::size_t kFrames = 8;
+  for (std::size_t number = 0; number < kFrames; ++number) {
+    REQUIRE(surface.add(room_depth(room_camera(number)), name(number)));
+  }
+  const auto shown = [&] {
+    const std::optional<GrownSurface> grown = surface.grow(GrowingFusion::Show::everything);
+    REQUIRE(grown);
+    CHECK_NOTHROW(check(*grown->surface));
+    return grown->surface->mesh;
+  };
+  const Mesh before = shown();
+  CHECK_FALSE(surface.follow_move());
+  for (std::size_t number = 0; number < kFrames; ++number) surface.move(name(number), drifted(number));
+  surface.move("another", drifted(1));
+  CHECK(surface.moved() == kFrames);
+  std::size_t followed = 0;
+  while (surface.follow_move()) ++followed;
+  CHECK(followed == kFrames - 1);  // the first frame's pose has not changed
+  CHECK(surface.moved() == 0);
+  CHECK_FALSE(shown().positions == before.positions);
+  for (std::size_t number = 0; number < kFrames; ++number) surface.move(name(number), room_camera(number));
+  while (surface.follow_move()) {
+  }
+  const Mesh after = shown();
+  CHECK(after.positions == before.positions);
+  CHECK(after.faces == before.faces);
+}
+
 }  // namespace
 }  // namespace lumatlas

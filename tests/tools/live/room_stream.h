@@ -40,7 +40,7 @@ namespace lumatlas {
 
 inline void fuse_room(LiveModel& live, std::size_t number) {
   const Camera camera = room_camera(number);
-  live.fuse(camera, [camera] { return room_depth(camera); });
+  live.fuse(room_view(number), camera, [camera] { return room_depth(camera); });
 }
 
 inline LiveVerdict offer_room(LiveModel& live, std::size_t number) {

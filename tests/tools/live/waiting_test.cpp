@@ -33,7 +33,7 @@ TEST_CASE("of views with as much news the one that is most like another is given
 
 TEST_CASE("the depth frame that is most like another is given up") {
   std::vector<WaitingDepth> frames;
-  for (const std::size_t number : {0U, 5U, 9U, 5U, 12U}) frames.push_back({room_camera(number), {}});
+  for (const std::size_t number : {0U, 5U, 9U, 5U, 12U}) frames.push_back({"", room_camera(number), {}});
   CHECK(most_alike(frames) == 3);
   frames.resize(1);
   CHECK(most_alike(frames) == 0);

@@ -2,6 +2,7 @@
 #include "tools/base/process/machine.h"
 
 #include <sys/utsname.h>
+#include <unistd.h>
 
 #include <cstdint>
 #include <cstdio>
@@ -62,6 +63,13 @@ std::string machine_description() {
   const unsigned cores = std::thread::hardware_concurrency();
   return processor + ", " + std::to_string(cores) + (cores == 1 ? " core" : " cores") + memory() +
          (known ? std::string(", ") + system.sysname + " " + system.release : "");
+}
+
+std::uint64_t resident_bytes() {
+  std::ifstream file("/proc/self/statm");
+  std::uint64_t all = 0, resident = 0;
+  file >> all >> resident;
+  return file ? resident * static_cast<std::uint64_t>(sysconf(_SC_PAGESIZE)) : 0;
 }
 
 std::filesystem::path program_file() {

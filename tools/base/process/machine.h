@@ -2,6 +2,7 @@
 // On what, and by which program, figures were measured.
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <string>
 
@@ -9,6 +10,9 @@ namespace lumatlas {
 
 // "AMD EPYC 7B13, 2 cores, 7.8 GiB, Linux 6.1.0": what the system tells.
 [[nodiscard]] std::string machine_description();
+
+// Returns how much memory the process has at the moment, bytes; 0 where the system does not tell.
+[[nodiscard]] std::uint64_t resident_bytes();
 
 // The running program's file.
 [[nodiscard]] std::filesystem::path program_file();

@@ -25,6 +25,7 @@ constexpr std::size_t kHeaderBytes = 8;  // type, three zeros, length
 constexpr std::size_t kMostPayload = std::size_t{64} << 20U;
 constexpr std::size_t kMostName = 1024;
 constexpr std::uint32_t kMostSide = 16384;  // pixels
+constexpr double kFarthest = 1e9;           // scene units; a globe has less than 1e7 metres
 constexpr double kSquare = 0.01;            // by which axes may miss length 1 and right angles
 
 static_assert(std::endian::native == std::endian::little, "numbers are copied as they are sent");
@@ -70,6 +71,7 @@ class Fields {
     require_rotation(rotation);
     rotation = glm::mat3_cast(glm::normalize(glm::quat_cast(rotation)));
     check_camera(camera);
+    if (!(glm::length(camera.center()) < kFarthest)) throw InputError("has a pose that is too far from the origin");
   }
   void end() const {
     if (at_ != bytes_.size()) throw InputError("is longer than its fields");

@@ -20,6 +20,12 @@ namespace {
 
 constexpr std::size_t kAtOnce = std::size_t{1} << 20U;  // bytes
 
+// Waits at most that long for bytes of a client, or for a client at a listener.
+bool can_read(int descriptor, std::chrono::milliseconds patience) {
+  pollfd waits{descriptor, POLLIN, 0};
+  return poll(&waits, 1, static_cast<int>(patience.count())) > 0;
+}
+
 [[noreturn]] void refuse_port(std::uint16_t port) {
   throw InputError("port " + std::to_string(port) +
                    " of 127.0.0.1 cannot be listened at: " + std::generic_category().message(errno));
@@ -27,7 +33,8 @@ constexpr std::size_t kAtOnce = std::size_t{1} << 20U;  // bytes
 
 }  // namespace
 
-FrameSocket::FrameSocket(std::uint16_t port) : listener_(socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)) {
+FrameSocket::FrameSocket(std::uint16_t port, std::chrono::milliseconds most_silence)
+    : listener_(socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)), most_silence_(most_silence) {
   sockaddr_in address{};
   address.sin_family = AF_INET;
   address.sin_port = htons(port);
@@ -57,13 +64,22 @@ void FrameSocket::hang_up() {
 
 FrameSocket::Received FrameSocket::receive(std::chrono::milliseconds patience) {
   Received received;
-  pollfd waits{client_ >= 0 ? client_ : listener_, POLLIN, 0};
-  if (poll(&waits, 1, static_cast<int>(patience.count())) <= 0) return received;
   if (client_ < 0) {
+    if (!can_read(listener_, patience)) return received;
     client_ = accept4(listener_, nullptr, nullptr, SOCK_CLOEXEC);
     received.opened = client_ >= 0;
+    heard_ = std::chrono::steady_clock::now();
     return received;
   }
+  if (!can_read(client_, patience)) {
+    const bool is_silent = std::chrono::steady_clock::now() - heard_ > most_silence_;
+    if (is_silent && can_read(listener_, std::chrono::milliseconds(0))) {
+      received.closed = received.stalled = true;
+      hang_up();
+    }
+    return received;
+  }
+  heard_ = std::chrono::steady_clock::now();
   received.bytes.resize(kAtOnce);
   const ssize_t count = recv(client_, received.bytes.data(), received.bytes.size(), MSG_DONTWAIT);
   const bool waits_on = count < 0 && (errno == EAGAIN || errno == EINTR);

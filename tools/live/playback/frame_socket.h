@@ -11,8 +11,9 @@ namespace lumatlas {
 
 class FrameSocket {
  public:
-  // Listens. 0: any port that is free. Throws InputError if the port cannot be opened.
-  explicit FrameSocket(std::uint16_t port);
+  // Listens. 0: any port that is free. A client that has sent nothing for `most_silence` gives way to one that waits.
+  // Throws InputError if the port cannot be opened.
+  explicit FrameSocket(std::uint16_t port, std::chrono::milliseconds most_silence = std::chrono::seconds(10));
   ~FrameSocket();
   FrameSocket(const FrameSocket&) = delete;
   FrameSocket& operator=(const FrameSocket&) = delete;
@@ -22,6 +23,7 @@ class FrameSocket {
   struct Received {
     std::vector<std::uint8_t> bytes;      // in the order in which they were sent; empty: none came
     bool opened = false, closed = false;  // a client came before these bytes, went after them
+    bool stalled = false;                 // the client that is closed was silent while another one waited
   };
   // Waits for bytes for at most that time. While a client is there, others wait.
   [[nodiscard]] Received receive(std::chrono::milliseconds patience);
@@ -30,6 +32,8 @@ class FrameSocket {
 
  private:
   int listener_ = -1, client_ = -1;
+  std::chrono::milliseconds most_silence_;
+  std::chrono::steady_clock::time_point heard_{};  // when the client sent something last, or came
   std::uint16_t port_ = 0;
 };
 

@@ -13,10 +13,12 @@
 #include <variant>
 
 #include "mesh/base/errors.h"
+#include "mesh/base/median.h"
 #include "mesh/base/requirement.h"
 #include "mesh/visibility/visibility.h"
 #include "planner/refinement/surface_deviation.h"
 #include "tools/base/elapsed.h"
+#include "tools/base/process/machine.h"
 #include "tools/budget/gpu_budget.h"
 #include "tools/live/playback/captured_stream.h"
 #include "tools/live/playback/finished_model.h"
@@ -34,6 +36,27 @@ using Clock = std::chrono::steady_clock;
 constexpr auto kLook = std::chrono::milliseconds(50);  // between two questions whether to end
 constexpr auto kTell = std::chrono::seconds(1);
 constexpr Requirement playback_requires{"playback"};
+
+// Notes how the stream stands now. `told` is the number of offers at the moment before, and becomes that of this one.
+void note_moment(double seconds, const LiveStatus& live, std::size_t& told, PlaybackRecord& record) {
+  PlaybackMoment moment;
+  moment.seconds = seconds;
+  moment.frames = record.frames;
+  std::vector<double> offers(record.offer_ms.begin() + static_cast<std::ptrdiff_t>(told), record.offer_ms.end());
+  told = record.offer_ms.size();
+  if (!offers.empty()) {
+    moment.offer_worst_ms = *std::max_element(offers.begin(), offers.end());
+    moment.offer_median_ms = upper_median(offers);
+  }
+  moment.depths_given = live.depths_given;
+  moment.depths_fused = live.fusion.count;
+  moment.held = live.held;
+  moment.waiting = live.waiting;
+  moment.faces = live.faces;
+  moment.summed_coverage = live.summed_coverage;
+  moment.resident_bytes = resident_bytes();
+  record.moments.push_back(moment);
+}
 
 class Player {
  public:
@@ -73,7 +96,7 @@ class Player {
     ++record_.frames;
     if (frame.depth) {
       const SceneDepth& depth = stream_.scene.depths[*frame.depth];
-      live_.fuse(depth.camera, [&depth] { return read_depth(depth); });
+      live_.fuse({}, depth.camera, [&depth] { return read_flat_depth(depth); });
     }
     if (!frame.view) return;
     const SceneView& view = stream_.scene.views[*frame.view];
@@ -84,8 +107,10 @@ class Player {
 
   void tell() {
     next_tell_ = Clock::now() + kTell;
+    const LiveStatus status = live_.status();
+    note_moment(std::chrono::duration<double>(Clock::now() - start_).count(), status, offers_told_, record_);
     if (!callbacks_.told) return;
-    callbacks_.told({time_, stream_.frames.back().time, record_.frames, stream_.frames.size(), live_.status()});
+    callbacks_.told({time_, stream_.frames.back().time, record_.frames, stream_.frames.size(), status});
   }
 
   const CapturedStream& stream_;
@@ -95,6 +120,7 @@ class Player {
   PlaybackRecord& record_;
   Clock::time_point start_ = Clock::now(), next_tell_ = start_ + kTell;
   double time_ = 0;
+  std::size_t offers_told_ = 0;
 };
 
 // Names the source of the frames, and the photographs that were offered.
@@ -212,7 +238,8 @@ void finish_playback(LiveModel& live, std::shared_ptr<void>& watch, const Played
                      const PlaybackCallbacks& callbacks, Playback& playback) {
   const Clock::time_point end = Clock::now();
   // A model that is made anew is refined after that.
-  LiveResult model = live.finish(frames ? 0 : options.polish_steps);
+  const bool is_made_anew = frames.has_value();
+  LiveResult model = live.finish(is_made_anew ? 0 : options.polish_steps, !is_made_anew);
   watch.reset();
   PlaybackRecord& record = playback.record;
   record.outcomes = live.take_outcomes();
@@ -261,7 +288,7 @@ DepthImage depth_of(const FrameMessage& frame) {
   std::vector<float> depth;
   depth.reserve(frame.depth.size());
   for (const std::uint16_t value : frame.depth) depth.push_back(static_cast<float>(frame.depth_unit * value));
-  return slanted_depth(frame.camera, std::move(depth));
+  return {frame.camera, std::move(depth)};
 }
 
 // Takes messages of clients, one client after the other, until one of them says that the stream ends.
@@ -302,7 +329,11 @@ class Receiver {
       socket_.hang_up();
       reader_ = MessageReader();
     }
-    if (received.closed && !ended_) warn("the client has gone without an end message; another may come");
+    if (received.stalled) {
+      warn("the client has sent nothing for a while, and another one waits: its connection is ended");
+    } else if (received.closed && !ended_) {
+      warn("the client has gone without an end message; another may come");
+    }
   }
 
   void handle(FrameMessage&& message) {
@@ -312,7 +343,7 @@ class Receiver {
     keep(message);
     move(message.camera);
     const auto frame = std::make_shared<const FrameMessage>(std::move(message));
-    if (!frame->depth.empty()) live_->fuse(frame->camera, [frame] { return depth_of(*frame); });
+    if (!frame->depth.empty()) live_->fuse(frame->name, frame->camera, [frame] { return depth_of(*frame); });
     if (frame->photograph.empty()) return;
     source_.offered.push_back(frame->name);
     const Clock::time_point called = Clock::now();
@@ -343,6 +374,7 @@ class Receiver {
   void start(const Camera& first) {
     if (options_.finish) kept_.emplace(scratch_folder_of(options_), options_.kept_bytes);
     options_.live.surface.offset = glm::round(first.center());
+    options_.live.surface.scratch_folder = options_.scratch_folder;
     live_ = std::make_unique<LiveModel>(options_.live);
     if (callbacks_.watch) watch_ = callbacks_.watch(*live_);
     start_ = Clock::now();
@@ -358,7 +390,10 @@ class Receiver {
 
   void tell() {
     next_tell_ = Clock::now() + kTell;
-    if (callbacks_.told && live_) callbacks_.told({seconds(), 0, record_.frames, 0, live_->status()});
+    if (!live_) return;
+    const LiveStatus status = live_->status();
+    note_moment(seconds(), status, offers_told_, record_);
+    if (callbacks_.told) callbacks_.told({seconds(), 0, record_.frames, 0, status});
   }
 
   void warn(const std::string& sentence) const {
@@ -377,6 +412,7 @@ class Receiver {
   std::shared_ptr<void> watch_;
   Clock::time_point start_, next_tell_ = Clock::now() + kTell;
   bool ended_ = false;
+  std::size_t offers_told_ = 0;
 };
 
 }  // namespace

@@ -56,6 +56,18 @@ struct PlaybackCallbacks {
   BuildCallback building;
 };
 
+// Tells how the stream stood at a moment. One is noted about once a second.
+struct PlaybackMoment {
+  double seconds = 0;                                // wall time since the stream began
+  std::size_t frames = 0;                            // that came until then
+  double offer_median_ms = 0, offer_worst_ms = 0;    // of the calls of offer() since the moment before; 0: none
+  std::uint64_t depths_given = 0, depths_fused = 0;  // until then
+  std::uint32_t held = 0, waiting = 0;               // photographs
+  std::uint64_t faces = 0;
+  double summed_coverage = 0;        // see LiveStatus
+  std::uint64_t resident_bytes = 0;  // of the process
+};
+
 // Records how the model was made anew when the stream had ended.
 struct FinishRecord {
   bool done = false;    // false: the model is as the stream left it
@@ -66,10 +78,11 @@ struct FinishRecord {
 
 // Records the times of the calls of the stream, and the outcomes of its views.
 struct PlaybackRecord {
-  std::size_t frames = 0;             // that were played
-  double seconds = 0;                 // wall time of the stream
-  double finish_ms = 0;               // wall time from its end to the result
-  std::vector<double> offer_ms;       // each call of offer(), until it returned
+  std::size_t frames = 0;        // that were played
+  double seconds = 0;            // wall time of the stream
+  double finish_ms = 0;          // wall time from its end to the result
+  std::vector<double> offer_ms;  // each call of offer(), until it returned
+  std::vector<PlaybackMoment> moments;
   std::vector<double> late_ms;        // how much later than it should each frame was played
   std::vector<LiveOutcome> outcomes;  // while the stream ran
   LiveStatus live;

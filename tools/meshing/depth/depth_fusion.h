@@ -12,7 +12,6 @@
 #include <functional>
 #include <glm/mat3x3.hpp>
 #include <glm/vec2.hpp>
-#include <memory>
 #include <span>
 #include <vector>
 
@@ -32,6 +31,10 @@ struct DepthImage {
   // of pixels are found. Empty: all 0.
   std::vector<glm::vec2> slope = {};
 };
+
+// Throws std::invalid_argument naming the image by its index if its camera cannot be or its lists do not have one entry
+// for each of the camera's pixels.
+void check(const DepthImage& image, std::size_t index = 0);
 
 struct FusionOptions {
   double voxel = 0.02;       // scene units, > 0
@@ -70,40 +73,6 @@ using DepthSource = std::function<DepthImage(std::size_t index)>;
 // since the last call, each of them twice, or more often where voxels are enlarged; what it throws ends the work.
 [[nodiscard]] FusedSurface fused(std::size_t count, const DepthSource& image, const FusionOptions& options,
                                  const std::function<void(std::size_t)>& progress);
-
-// Fuses depth images one after the other, as they come, and returns the surface of those that came so far as often as
-// it is asked for. An image adds to the blocks near what it measured alone. The free space farther before it is not
-// cleared, as fused() does, so that the time of an image does not grow with the scene.
-//
-//   GrowingFusion fusion({.voxel = 0.02, .truncation = 0.08, .least_weight = 0.1});
-//   for (const DepthImage& image : stream) {
-//     if (fusion.add(image)) show(fusion.surface());
-//   }
-class GrowingFusion {
- public:
-  // may_enlarge has no effect: voxels stay as large as they are. Throws as fused() does.
-  explicit GrowingFusion(const FusionOptions& options);
-  ~GrowingFusion();
-  GrowingFusion(const GrowingFusion&) = delete;
-  GrowingFusion& operator=(const GrowingFusion&) = delete;
-
-  // Returns false, and takes nothing of the image, if the volume would have more than max_blocks. Throws
-  // std::invalid_argument as fused() does. Time: pixels of the image, and voxels near what it measured.
-  bool add(const DepthImage& image);
-
-  enum class Show {
-    what_changed,  // blocks that have been seen twice as much as when they were shown last; the others stay as they are
-    everything,    // all that was added
-  };
-  // Returns the surface as fused() cuts it out. Where no block near a vertex is shown anew, the vertex has the same
-  // coordinates as in the surface before, to the bit. Time: voxels of all blocks.
-  [[nodiscard]] TriangleSoup surface(Show what = Show::what_changed);
-  [[nodiscard]] std::size_t blocks() const;  // each of 512 voxels
-
- private:
-  struct State;
-  std::unique_ptr<State> state_;
-};
 
 // Reads images a few at a time, in parallel, and hands them on in order: use(first, images). Throws what the source
 // throws for the least index.

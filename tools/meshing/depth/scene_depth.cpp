@@ -143,12 +143,17 @@ DepthImage slanted_depth(const Camera& camera, std::vector<float> depth) {
   return result;
 }
 
-DepthImage read_depth(const SceneDepth& depth) {
+DepthImage read_flat_depth(const SceneDepth& depth) {
   GreyImage image = read_grey_image(depth.file);
   check_shape(image, depth);
   leave_out_unsure(depth, image);
   const Camera camera = depth.camera.scaled_to(image.width, image.height);
-  return slanted_depth(camera, undistorted_depth(image, depth, camera));
+  return {camera, undistorted_depth(image, depth, camera)};
+}
+
+DepthImage read_depth(const SceneDepth& depth) {
+  DepthImage flat = read_flat_depth(depth);
+  return slanted_depth(flat.camera, std::move(flat.depth));
 }
 
 std::size_t pixels_above_zero(const SceneDepth& depth) {

@@ -15,8 +15,11 @@ namespace lumatlas {
 // Throws InputError naming a file that is missing, damaged, not of 16 bits, or of another shape than its lens.
 [[nodiscard]] DepthImage read_depth(const SceneDepth& depth);
 
-// The same of depths without a lens's distortion, z in the camera frame by rows, 0: not measured. There must be as many
-// as the camera has pixels; this is not checked.
+// The same depths, of which only those of no confidence are left out, without cosines and slopes.
+[[nodiscard]] DepthImage read_flat_depth(const SceneDepth& depth);
+
+// What read_depth() makes of depths without a lens's distortion, z in the camera frame by rows, 0: not measured. There
+// must be as many as the camera has pixels; this is not checked.
 [[nodiscard]] DepthImage slanted_depth(const Camera& camera, std::vector<float> depth);
 
 // Returns how many pixels of its file are above 0, whether they can be used or not. Throws InputError.

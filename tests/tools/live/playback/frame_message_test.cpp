@@ -82,6 +82,8 @@ TEST_CASE("bytes that are no messages are refused with the message's number and 
   bad = camera;
   bad.cam_from_world_translation.x = std::numeric_limits<double>::quiet_NaN();
   CHECK_THAT(refused(frame_bytes("a", bad, {}, {}, 0)), Catch::Contains("impossible camera"));
+  bad.cam_from_world_translation.x = 2e9;
+  CHECK_THAT(refused(moves_bytes({{"a", bad}})), Catch::Contains("too far from the origin"));
   bad = camera;
   bad.width = 0;
   StreamBytes early = greeting_bytes();

@@ -1,10 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // receive_stream(), with clients that go, stall and send nonsense.
-#include <arpa/inet.h>
-#include <netinet/in.h>
-#include <sys/socket.h>
-#include <unistd.h>
-
 #include <atomic>
 #include <catch2/catch.hpp>
 #include <filesystem>
@@ -12,52 +7,12 @@
 
 #include "mesh/base/errors.h"
 #include "tests/support/temporary_folder.h"
-#include "tests/tools/live/playback/stream_bytes.h"
+#include "tests/tools/live/playback/stream_client.h"
 #include "tests/tools/live/room_stream.h"
 #include "tools/live/playback/playback.h"
 
 namespace lumatlas {
 namespace {
-
-class StreamClient {
- public:
-  explicit StreamClient(std::uint16_t port) : socket_(socket(AF_INET, SOCK_STREAM, 0)) {
-    sockaddr_in address{};
-    address.sin_family = AF_INET;
-    address.sin_port = htons(port);
-    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
-    REQUIRE(connect(socket_, reinterpret_cast<sockaddr*>(&address), sizeof address) == 0);
-  }
-  ~StreamClient() { close(socket_); }
-  StreamClient(const StreamClient&) = delete;
-  StreamClient& operator=(const StreamClient&) = delete;
-
-  void send_all(const StreamBytes& bytes) const {
-    for (std::size_t at = 0; at < bytes.size();) {
-      const ssize_t sent = send(socket_, bytes.data() + at, bytes.size() - at, MSG_NOSIGNAL);
-      if (sent <= 0) return;  // the other end has hung up
-      at += static_cast<std::size_t>(sent);
-    }
-  }
-
- private:
-  int socket_;
-};
-
-StreamBytes room_frame(std::size_t number) {
-  const Camera camera = room_camera(number);
-  const DepthImage image = room_depth(camera);
-  std::vector<std::uint16_t> depth;
-  for (const float value : image.depth) depth.push_back(static_cast<std::uint16_t>(value * 5000 + 0.5F));
-  return frame_bytes(room_view(number) + ".png", camera, encode_image(pattern_photograph(camera, number), {}), depth,
-                     1.0 / 5000);
-}
-
-StreamBytes room_opening() {
-  StreamBytes bytes = greeting_bytes();
-  append(bytes, lens_bytes(room_camera(0)));
-  return bytes;
-}
 
 TEST_CASE("a stream survives clients that go, stall and send nonsense, and is a whole model at the end") {
   FrameSocket socket(0);

@@ -17,77 +17,10 @@
 
 #include "mesh/repair/repair.h"
 #include "tests/support/scenes/surfaces.h"
+#include "tests/tools/meshing/depth/ball_depths.h"
 
 namespace lumatlas {
 namespace {
-
-// Looks at the origin.
-Camera camera_at(const glm::dvec3& center) {
-  Camera camera;
-  camera.width = 160;
-  camera.height = 120;
-  camera.fx = camera.fy = 150;
-  camera.cx = 80;
-  camera.cy = 60;
-  const glm::dvec3 forward = -glm::normalize(center);
-  const glm::dvec3 right = glm::normalize(glm::cross(forward, glm::dvec3(0.11, 0.23, 1)));
-  camera.cam_from_world_rotation = glm::transpose(glm::dmat3(right, glm::cross(forward, right), forward));
-  camera.cam_from_world_translation = -(camera.cam_from_world_rotation * center);
-  return camera;
-}
-
-// Exact depths of the unit ball.
-DepthImage ball_from(const glm::dvec3& center) {
-  DepthImage image{camera_at(center), {}};
-  for (std::uint32_t y = 0; y < image.camera.height; ++y) {
-    for (std::uint32_t x = 0; x < image.camera.width; ++x) {
-      const glm::dvec3 ray = image.camera.ray({x + 0.5, y + 0.5});
-      const double a = glm::dot(ray, ray);
-      const double half = glm::dot(ray, center);
-      const double root = half * half - a * (glm::dot(center, center) - 1);
-      image.depth.push_back(root < 0 ? 0.0F : static_cast<float>((-half - std::sqrt(root)) / a));
-    }
-  }
-  return image;
-}
-
-std::vector<DepthImage> ball_from_all_sides() {
-  std::vector<DepthImage> images;
-  for (const double x : {-2.5, 2.5}) {
-    for (const double y : {-2.5, 2.5}) {
-      for (const double z : {-2.5, 2.5}) images.push_back(ball_from({x, y, z}));
-    }
-  }
-  for (int axis = 0; axis < 3; ++axis) {
-    for (const double side : {-3.5, 3.5}) {
-      glm::dvec3 center(0.0);
-      center[axis] = side;
-      images.push_back(ball_from(center));
-    }
-  }
-  return images;
-}
-
-// Edges of one face alone.
-std::size_t open_edges(const TriangleSoup& soup) {
-  std::map<std::pair<std::uint32_t, std::uint32_t>, int> uses;
-  for (const glm::uvec3& face : soup.faces) {
-    for (int corner = 0; corner < 3; ++corner) {
-      const auto [low, high] = std::minmax({face[corner], face[(corner + 1) % 3]});
-      ++uses[{low, high}];
-    }
-  }
-  return static_cast<std::size_t>(
-      std::count_if(uses.begin(), uses.end(), [](const auto& edge) { return edge.second == 1; }));
-}
-
-FusionOptions ball_options() {
-  FusionOptions options;
-  options.voxel = 0.05;
-  options.truncation = 0.15;
-  options.least_weight = 0.01;
-  return options;
-}
 
 TEST_CASE("depth images of a ball from all sides give a closed ball that faces outwards, to a part of a voxel") {
   const TriangleSoup soup = fused(ball_from_all_sides(), ball_options());
@@ -244,62 +177,6 @@ TEST_CASE("fusion refuses bad options and images by name, and makes nothing of n
   CHECK_THROWS_WITH(fused(images, {}), "fusion: image 0 has 19199 depths, must have 19200");
   images[0].depth.push_back(1e9F);
   CHECK_THROWS_WITH(fused(images, {}), Catch::Contains("too far from the origin"));
-}
-
-// The coordinates, so that they can be looked up.
-std::set<std::tuple<double, double, double>> vertices_of(const TriangleSoup& soup) {
-  std::set<std::tuple<double, double, double>> vertices;
-  for (const glm::dvec3& p : soup.positions) vertices.emplace(p.x, p.y, p.z);
-  return vertices;
-}
-
-TEST_CASE("a growing surface of all images is as near to the true one as the surface of a fusion at once") {
-  GrowingFusion fusion(ball_options());
-  CHECK(fusion.surface().faces.empty());
-  for (const DepthImage& image : ball_from_all_sides()) {
-    REQUIRE(fusion.add(image));
-    CHECK_FALSE(fusion.surface().faces.empty());
-  }
-  const TriangleSoup soup = fusion.surface(GrowingFusion::Show::everything);
-  CHECK(open_edges(soup) == 0);
-  const Mesh mesh = repair(soup, glm::dvec3(0)).mesh;
-  CHECK(is_manifold_and_oriented(mesh));
-  CHECK(area_of(mesh) == Approx(4 * std::numbers::pi).epsilon(0.03));
-  for (const glm::vec3& p : mesh.positions) CHECK(std::abs(glm::length(p) - 1) < 0.03);  // 0.6 voxels
-}
-
-TEST_CASE("a growing surface keeps its vertices to the bit where images add little") {
-  GrowingFusion fusion(ball_options());
-  for (const DepthImage& image : ball_from_all_sides()) REQUIRE(fusion.add(image));
-  const TriangleSoup before = fusion.surface();
-  const auto were_there = vertices_of(before);
-  REQUIRE(fusion.add(ball_from({3, 0, 0})));
-  CHECK((vertices_of(fusion.surface()) == were_there));  // it adds less than was there
-  for (int image = 0; image < 12; ++image) REQUIRE(fusion.add(ball_from({3, 0.1 * image, 0})));
-  std::size_t moved = 0;
-  for (const glm::dvec3& p : fusion.surface().positions) {
-    const bool was_there = were_there.contains({p.x, p.y, p.z});
-    if (p.x < 0) CHECK(was_there);  // the images see nothing of it
-    if (!was_there) ++moved;
-  }
-  CHECK(moved > 0);
-  CHECK(moved < before.positions.size() / 2);
-}
-
-TEST_CASE("a growing surface refuses an image that takes too many blocks, and stays as it was") {
-  FusionOptions options = ball_options();
-  GrowingFusion enough(options);
-  REQUIRE(enough.add(ball_from({3, 0, 0})));
-  options.max_blocks = enough.blocks();
-  GrowingFusion fusion(options);
-  REQUIRE(fusion.add(ball_from({3, 0, 0})));
-  const auto vertices = vertices_of(fusion.surface());
-  CHECK_FALSE(fusion.add(ball_from({-3, 0, 0})));
-  CHECK(fusion.blocks() == options.max_blocks);
-  CHECK((vertices_of(fusion.surface(GrowingFusion::Show::everything)) == vertices));
-  options.voxel = 0;
-  CHECK_THROWS_AS(GrowingFusion(options), std::invalid_argument);
-  CHECK_THROWS_AS(fusion.add(DepthImage{camera_at({3, 0, 0}), {1, 2}}), std::invalid_argument);
 }
 
 }  // namespace
