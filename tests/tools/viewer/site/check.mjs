@@ -10,6 +10,7 @@ import {checkDrift, checkRest, checkSlow, withHiddenTab, withLoss, withReducedMo
 import {FLIGHT_MIB, checkFlight} from './flight_checks.mjs';
 import {startedFirefox} from './firefox.mjs';
 import {checkHeadset, withHeadset} from './headset_checks.mjs';
+import {onLeastDevice, withLeastDevice} from './least_device.mjs';
 import {checkQuiet} from './quiet_checks.mjs';
 import {checkPicture} from './picture_checks.mjs';
 import {checkFrench, checkGerman, checkGermanLoss, checkTables, withFrenchVisitor} from './texts_checks.mjs';
@@ -26,6 +27,10 @@ const isOfDriver = (problem) => problem.includes('GPU stall due to ReadPixels');
 // Each check: what it does with the page, what is prepared before, the query, and problems that are expected.
 const checks = {
   picture: {check: checkPicture('Chromium'), query: '?drift=off'},
+  'picture-plain': {check: checkPicture('Chromium', 'plain'), query: '?drift=off&texels=rgb8'},
+  'least-device': {
+    check: onLeastDevice(checkPicture('the smallest device', 'plain')), prepare: withLeastDevice, query: '?drift=off',
+  },
   headset: {check: checkHeadset, prepare: withHeadset, query: '?drift=off', expected: OF_LOST_GPU},
   drift: {check: checkDrift},
   'drift-slow': {check: checkSlow},

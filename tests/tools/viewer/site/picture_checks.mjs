@@ -44,10 +44,11 @@ function psnr(a, b) {
   return 10 * Math.log10(255 ** 2 / Math.max(sum / count, 1e-9));
 }
 
-const seen = new Map();
+// The pictures of each browser, by the form that photographs have on its GPU.
+const seen = {compressed: new Map(), plain: new Map()};
 
-// Returns the check for a browser; the pictures of the second browser are compared with those of the first.
-export const checkPicture = (name) => async (page, picture) => {
+// Returns the check for a browser; its pictures are compared with those of the browsers before it of the same form.
+export const checkPicture = (name, form = 'compressed') => async (page, picture) => {
   await complete(page);
   await sharp(page);
   await picture();
@@ -57,10 +58,10 @@ export const checkPicture = (name) => async (page, picture) => {
     const db = psnr(pixels, photograph);
     assert.ok(db > LEAST_PHOTO_DB, `${name}: ${db} dB against the photograph`);
   }
-  for (const [other, before] of seen) {
+  for (const [other, before] of seen[form]) {
     const db = drawn.map(({pixels}, i) => psnr(pixels, before[i].pixels));
     console.log(`${name} against ${other}: ${db.map((value) => value.toFixed(1)).join(', ')} dB`);
     assert.ok(Math.min(...db) > LEAST_PSNR_DB, `${name} against ${other}: ${db} dB`);
   }
-  seen.set(name, drawn);
+  seen[form].set(name, drawn);
 };
