@@ -824,7 +824,7 @@ export class Viewer {
     const aspect = first ? first.width / first.height : 1;
     this.looking = true;
     try {
-      for (let seen = null; seen !== this.drawn && this.drawn;) {
+      for (let seen = null; seen !== this.drawn && this.drawn && renderer.targets.has(this.drawn.target);) {
         seen = this.drawn;
         const share = await renderer.glances.photographedShare(seen.target, seen.camera, aspect);
         this.expect(renderer);
@@ -924,7 +924,7 @@ export class Viewer {
   /** @param {number} x @param {number} y */
   pick(x, y) {
     const {target} = this;
-    if (!target || this.gl.isContextLost()) return 0;
+    if (!target || this.gl.isContextLost() || !this.renderer.targets.has(target)) return 0;
     const box = this.canvas.getBoundingClientRect();
     const inside = (/** @type {number} */ v, /** @type {number} */ size, /** @type {number} */ pixels) =>
         Math.max(0, Math.min(pixels - 1, v / size * pixels));

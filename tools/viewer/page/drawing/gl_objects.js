@@ -148,6 +148,12 @@ export class Targets {
     return this.byUse.get(use)?.target;
   }
 
+  // Returns whether a target is still there, and was not made anew in another size.
+  /** @param {Sized} target */
+  has(target) {
+    return [...this.byUse.values()].some((known) => known.target === target);
+  }
+
   /** @param {string} use */
   drop(use) {
     this.byUse.get(use)?.objects.release();
