@@ -18,7 +18,7 @@ namespace lumatlas {
 namespace {
 
 constexpr std::size_t kFewestPredicted = 8;  // pixels of all photographs that tell whether a square's faces stay
-constexpr double kClearlyBetter = 0.85;      // error of the prediction, in that of the fill, from which faces go
+constexpr double kClearlyBetter = 0.7;       // error of the prediction, in that of the fill, from which faces go
 
 // What photographs tell of the faces of one square.
 struct Square {
