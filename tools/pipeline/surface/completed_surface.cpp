@@ -348,7 +348,8 @@ CompletedSurface complete_surface(const std::filesystem::path& scene, const Scen
   stage.finish();
   CompletedSurface result;
   result.shares = seen.shares;
-  bool extends = plan.largest_gain_db.value_or(0) >= kLeastGain;
+  // Where too little is lacking to look for a gain, guesses can do little harm.
+  bool extends = options.surface && plan.largest_gain_db.value_or(kLeastGain) >= kLeastGain;
   if (!plan.ranks.empty()) {
     std::optional<TemporaryEntry> temporary;
     if (options.stereo_folder.empty()) {

@@ -74,10 +74,11 @@ struct CompletionPlan {
 // Adds surface to `mesh` and finds its far sphere. `views` are those of `scene`, in the frame of the mesh; the views of
 // `ranks` are looked at. Surface is added if more than a hundredth of their valid pixels see neither the mesh nor the
 // far sphere, if an exact surface there would bring 0.6 dB or more over whole frames (completion_gain.h), and if the
-// surface that is found makes pictures better. Where it could bring as much and something is lacking still, the mesh is
-// continued by guesses (extended_surface.h). The photographs that see least are matched, 100 at most, and those that
+// surface that is found makes pictures better. The photographs that see least are matched, 100 at most, and those that
 // look through the mesh (points_through_mesh.h). Faces that the matched photographs contradict are removed, unless they
-// are more than kMostContradicted of the mesh. Throws Interrupted soon after a signal, and BuildStopped.
+// are more than kMostContradicted of the mesh. Then the mesh is continued by guesses (extended_surface.h) if more than
+// 0.5 % still see nothing, unless it is known that less than 0.6 dB could be gained. Throws Interrupted soon after a
+// signal, and BuildStopped.
 [[nodiscard]] CompletedSurface complete_surface(const std::filesystem::path& scene, const SceneViews& views,
                                                 const std::vector<std::size_t>& ranks, const CompletionOptions& options,
                                                 const BuildCallback& callback, MeshInput& mesh);
