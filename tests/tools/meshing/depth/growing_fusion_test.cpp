@@ -75,7 +75,7 @@ TEST_CASE("images that are taken out again leave the volume as it was, to the bi
   for (const DepthImage& image : images) REQUIRE(fusion.add(image));
   const TriangleSoup surface = fusion.surface(GrowingFusion::Show::everything);
   const std::size_t blocks = fusion.blocks();
-  // As after a loop closure: all images move, one after the other, and back again.
+  // A loop closure moves all images, one after the other, and the next one moves them back.
   const auto moved = [](DepthImage image) {
     image.camera.cam_from_world_translation += glm::dvec3(0.3, -0.2, 0.1);
     return image;

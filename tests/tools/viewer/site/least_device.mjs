@@ -3,7 +3,7 @@
 // extension, and note each call that goes beyond them.
 import assert from 'node:assert/strict';
 
-// Of the WebGL 2 specification, section 6.2 of OpenGL ES 3.0.
+// The least values that OpenGL ES 3.0 (section 6.2), and so WebGL 2, allows for each limit.
 const LEAST = {
   MAX_TEXTURE_SIZE: 2048, MAX_3D_TEXTURE_SIZE: 256, MAX_ARRAY_TEXTURE_LAYERS: 256, MAX_RENDERBUFFER_SIZE: 2048,
   MAX_VERTEX_ATTRIBS: 16, MAX_VERTEX_UNIFORM_VECTORS: 256, MAX_FRAGMENT_UNIFORM_VECTORS: 224,
