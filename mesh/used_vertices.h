@@ -18,7 +18,7 @@ class UsedVertices {
   explicit UsedVertices(std::size_t vertices, std::size_t first = 0)
       : numbers_(vertices), next_(static_cast<std::uint32_t>(first)) {}
 
-  // Returns the number of a vertex, in [0, vertices). Where it gets its number now, calls add(), which adds the vertex
+  // Returns the number of a vertex, which is below `vertices`. Where it gets its number now, calls add(), which adds it
   // to the new mesh.
   template <typename Add>
   [[nodiscard]] std::uint32_t number_of(std::uint32_t vertex, const Add& add) {

@@ -30,7 +30,7 @@ namespace lumatlas {
 namespace {
 
 constexpr double kLittleLacking = 0.01;    // share of all pixels below which nothing is added
-constexpr double kLittleToExtend = 0.005;  // share of all pixels below which nothing is guessed
+constexpr double kLittleToExtend = 0.005;  // share of all pixels up to which the mesh is not continued
 constexpr double kLeastGain = 0.6;         // dB that added surface must be able to bring, for its time
 constexpr const char* kWorseThanGiven =
     "nothing is added to the mesh: the surface that photographs show beside it makes pictures worse";
