@@ -285,7 +285,7 @@ export class LumatlasViewerElement extends Base {
       viewer.navigation.hold.on = value !== 'off';
     } else if (name === 'background') {
       const color = colorOfText(value);
-      if (color) viewer.background = {above: color, below: color};
+      if (color) viewer.background = {above: color, below: color, continues: false};
       viewer.invalidate();
     }
   }

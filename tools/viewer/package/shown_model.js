@@ -119,7 +119,7 @@ export class ShownModel {
     viewer.navigation.setUp(file.up);
     if (file.view) viewer.navigation.set(poseOfSaved(file.view), file.view.fov);
     const part = shownPart(file);
-    if (part) viewer.setShownPart(part);
+    if (part) viewer.setShownPart(part, Boolean(file.crop));
     if (!complaint) return;
     this.complaint = viewer.texts.of(complaint);
     viewer.missing(viewer.losses.line());
