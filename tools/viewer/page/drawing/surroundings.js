@@ -53,6 +53,7 @@ export class Surroundings {
       this.draw(half);
       levels.push(half);
     }
+    this.dropFrom(levels.length);
     let filled = gathered;
     for (let level = levels.length - 1; level >= 0; --level) {
       const fine = levels[level];
@@ -67,6 +68,15 @@ export class Surroundings {
       filled = target;
     }
     return {cells: filled.cells, across: [width / cellPx, height / cellPx]};
+  }
+
+  // Deletes coarser cells, which a larger picture had.
+  /** @param {number} level */
+  dropFrom(level) {
+    const {targets} = this.renderer;
+    for (let coarser = level; targets.get(`gathered ${coarser}`); ++coarser) {
+      for (const use of ['gathered', 'filled']) targets.drop(`${use} ${coarser}`);
+    }
   }
 
   /** @param {string} use @param {number} level @param {number[]} size @returns {CellTarget} */
