@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Shows one model in a canvas of an element, from its first request to the end.
 import {Drift} from '../page/drift.js';
+import {Headset} from '../page/headset/headset.js';
 import {interact} from '../page/interaction.js';
 import {poseOfSaved} from '../page/owner/owners_views.js';
 import {emptyPageFile, shownPart} from '../page/owner/page_file.js';
@@ -16,6 +17,7 @@ import {placeOf, placeOfView} from './view_poses.js';
 /** @import {PageFile} from '../page/types.d.ts' */
 
 const JUMP_MS = 700;
+const UNKNOWN_UNIT = {name: '', length: 1};
 
 // Called with what happens to a model. `failed`: `final` says that the model will not come.
 /**
@@ -25,6 +27,7 @@ const JUMP_MS = 700;
  *   progressed(done: number, total: number, ended: boolean): void,
  *   failed(message: string, final: boolean): void,
  *   missing(line: string): void,
+ *   headset(shows: boolean): void,
  * }} Listener
  */
 
@@ -57,6 +60,8 @@ export class ShownModel {
     this.errors = [];
     /** @type {{jump: object | null, resolve: () => void}[]} */
     this.arrivals = [];  // callers who wait until a jump ends
+    this.headset = new Headset(this.viewer, () => this.owner.unit ?? UNKNOWN_UNIT);
+    this.headset.changed = () => listener.headset(this.headset.session !== null);
     this.listen();
   }
 
@@ -130,6 +135,7 @@ export class ShownModel {
   close() {
     if (this.closed) return;
     this.closed = true;
+    this.headset.end();
     this.viewer.close();
     this.viewer.gl.getExtension('WEBGL_lose_context')?.loseContext();
     for (const {resolve} of this.arrivals.splice(0)) resolve();
