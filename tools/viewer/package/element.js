@@ -252,6 +252,8 @@ export class LumatlasViewerElement extends Base {
         this._moved = true;
         if (!opened) this._showPoster();
       },
+      /** @param {number} came @param {number} all */
+      begun: (came, all) => Object.assign(this._bar, {max: all, value: came}),
       /** @param {number} done @param {number} total @param {boolean} ended */
       progressed: (done, total, ended) => {
         Object.assign(this._bar, {max: Math.max(1, total), value: done, hidden: ended});

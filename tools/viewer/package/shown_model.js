@@ -24,6 +24,7 @@ const UNKNOWN_UNIT = {name: '', length: 1};
  * @typedef {{
  *   drawn(): void,
  *   moved(): void,
+ *   begun(came: number, all: number): void,
  *   progressed(done: number, total: number, ended: boolean): void,
  *   failed(message: string, final: boolean): void,
  *   missing(line: string): void,
@@ -68,6 +69,7 @@ export class ShownModel {
   listen() {
     const {viewer, listener} = this;
     viewer.changed = () => listener.moved();
+    viewer.begun = (came, all) => listener.begun(came, all);
     viewer.progressed = () => {
       const {done, total, ended} = viewer.residents.progress();
       listener.progressed(done, total, ended);

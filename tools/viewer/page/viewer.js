@@ -74,6 +74,7 @@ export class Viewer {
     this.shares = options.gl !== undefined;  // the canvas is another program's too
     this.closing = new AbortController();
     this.files = new SiteFiles(options.base, {...options.network, signal: this.closing.signal});
+    this.files.fetching.heard = (name, came, size) => this.hear(name, came, size);
     this.texts = options.texts ?? ENGLISH;
     this.losses = new Losses(this.texts, (line) => this.missing(line));
     this.memory = options.memory;
@@ -88,6 +89,8 @@ export class Viewer {
     this.background = {above: [0.17, 0.19, 0.22], below: [0.34, 0.36, 0.39], continues: true};
 
     this.changed = () => {};     // after each change of the view
+    /** @type {(came: number, all: number) => void} */
+    this.begun = () => {};       // told how many bytes of the first mesh have come
     this.progressed = () => {};  // after each photograph that came, or could not be had
     this.followed = () => {};    // after another version of the scene has taken this one's place
     /** @type {(overrun: Overrun | null) => void} */
@@ -209,6 +212,14 @@ export class Viewer {
     const start = navigation.poseOfView(scene.first_view, this.canvas.width, this.canvas.height);
     navigation.set(start?.pose ?? navigation.pose, start?.fov ?? FIELD_OF_VIEW);
     return scene;
+  }
+
+  // Tells of the first mesh while it comes.
+  /** @param {string} name @param {number} came @param {number | null} size */
+  hear(name, came, size) {
+    if (!this.model || this.hasMesh || size === null) return;
+    const {coarse, mesh} = this.scene;
+    if (name === (coarse ?? mesh).file) this.begun(came, size);
   }
 
   // Ends all: requests, drawing, and what is on the GPU.
