@@ -12,6 +12,10 @@ const untilShown = (page, opacity, ...names) => page.waitForFunction(
 async function checkKeys(page) {
   const names = await page.$$eval('nav button', (all) => all.map((each) => each.textContent.trim()));
   assert.ok(names.length === 9 && names.every(Boolean), names.join());
+  const keys = await page.$$eval('[aria-keyshortcuts]', (all) => all.map((each) => [
+    each.getAttribute('aria-keyshortcuts'), getComputedStyle(each.querySelector('.name'), '::after').content,
+  ]));
+  assert.ok(keys.length === 5 && keys.every(([key, shown]) => shown.startsWith(`"${key}"`)), JSON.stringify(keys));
   const seen = (selector) => page.$eval(selector, (element) => element.checkVisibility());
   const before = [await seen('#thumbnails'), await seen('#tools')];
   await page.keyboard.press('p');
