@@ -20,5 +20,6 @@ extern const std::string_view k_modes_frag;
 extern const std::string_view k_fade_frag;
 extern const std::string_view k_glance_frag;
 extern const std::string_view k_needs_frag;
+extern const std::string_view k_surroundings_frag;
 
 }  // namespace lumatlas

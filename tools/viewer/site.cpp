@@ -76,7 +76,8 @@ SiteFile shaders_file() {
                         {"modes.frag", k_modes_frag},
                         {"fade.frag", k_fade_frag},
                         {"glance.frag", k_glance_frag},
-                        {"needs.frag", k_needs_frag}};
+                        {"needs.frag", k_needs_frag},
+                        {"surroundings.frag", k_surroundings_frag}};
   const json photographed = {
       {"cosine", kPhotographedCosine}, {"enlargement", kPhotographedEnlargement}, {"share", kCoveredShare}};
   const json value = {{"lumatlas", LUMATLAS_VERSION},

@@ -53,7 +53,7 @@ TEST_CASE("pages of other sizes leave nothing on the GPU, nor does a page that i
 }
 
 TEST_CASE("buttons of a page that waits for a model do nothing, and say so") {
-  checked_part("waits", {{"waiting", "hold more save walk"}, {"help", "true"}});
+  checked_part("waits", {{"waiting", "first-view hold link more save walk"}, {"help", "true"}});
 }
 
 TEST_CASE("other pages open a model by one call, and a jump's last frame is drawn") {

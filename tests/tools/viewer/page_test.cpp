@@ -25,6 +25,7 @@
 #include "tests/support/temporary_folder.h"
 #include "tests/tools/viewer/browser.h"
 #include "tests/tools/viewer/test_site.h"
+#include "tools/frame/background.h"
 #include "tools/picture/photographed_share.h"
 #include "tools/viewer/site.h"
 
@@ -33,6 +34,7 @@ namespace {
 
 constexpr std::size_t kFollowed = 4;  // of the stored ones, of a model that changed
 constexpr std::size_t kFew = 4;       // of the stored ones, of compressed texels
+constexpr std::size_t kWide = 4;      // of the stored ones, from outside of the room
 
 // Two versions of a model that changes, the scene of the second beside the first.
 void add_versions(std::vector<SiteFile>& files) {
@@ -93,6 +95,35 @@ Agreement agreement(const std::vector<Rendering>& expected, const Said& said, co
   }
   const double mean = squares / (3.0 * static_cast<double>(compared));
   return {10 * std::log10(255.0 * 255.0 / mean), static_cast<double>(other) / static_cast<double>(all)};
+}
+
+// Compares what the page shows where pictures have no surface with what `lumatlas render` shows there, by cameras
+// from outside of the room.
+double surroundings_psnr(const Said& said) {
+  Renderer renderer;
+  renderer.load(site_model());
+  double squares = 0;
+  std::size_t compared = 0;
+  for (std::size_t number = 0; number < kWide; ++number) {
+    Camera camera = site_cameras()[number];
+    camera.cam_from_world_translation.z += 8;
+    const Rendering rendering = renderer.render(camera, {});
+    const SoftPicture soft = with_background(rendering, {});
+    const std::string& pixels = said.at("whole-" + std::to_string(number));
+    REQUIRE(pixels.size() == 4 * rendering.state.size());
+    for (std::size_t i = 0; i < rendering.state.size(); ++i) {
+      if (rendering.state[i] != PixelState::empty) continue;
+      for (std::size_t channel = 0; channel < 3; ++channel) {
+        const double difference =
+            static_cast<std::uint8_t>(pixels[4 * i + channel]) - soft.picture.rgb[3 * i + channel];
+        squares += difference * difference;
+      }
+      ++compared;
+    }
+  }
+  std::cout << "the page's surroundings: " << compared << " pixels, ";
+  CHECK(compared > 1000);
+  return 10 * std::log10(255.0 * 255.0 * 3.0 * static_cast<double>(compared) / squares);
 }
 
 // How near compressed texels are to what they were made of.
@@ -161,6 +192,9 @@ TEST_CASE("a browser draws what the renderer draws, and follows its visitor") {
             << " % of pixels have surface in one of them only\n";
   CHECK(agreed.psnr > 40);
   CHECK(agreed.other < 0.002);  // rasterisers may disagree about a pixel whose middle is on an edge
+  const double surroundings = surroundings_psnr(said);
+  std::cout << "PSNR " << surroundings << " dB\n";
+  CHECK(surroundings > 45);
   CHECK(std::stod(said.at("bytes")) < 50e6);
   CHECK(said.at("unranked") == "0 true");
   CHECK(check_bounds(said.at("bounds")) > 100);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Implements <lumatlas-viewer src="folder/">, which shows a model in any page.
 import {ENGLISH, Texts, languageOf} from '../page/texts/texts.js';
+import {hasHeadset} from '../page/headset/headset.js';
 import {MARKS_STYLE, OwnerMarks} from './owner_marks.js';
 import {ShownModel} from './shown_model.js';
 import {cameraOf} from './view_poses.js';
@@ -25,6 +26,10 @@ progress::-webkit-progress-value { background: #9cf; }
 progress::-moz-progress-bar { background: #9cf; }
 #line { position: absolute; inset: 8px 8px auto; margin: 0; padding: 4px 8px; background: #000b; border-radius: 4px;
   border-left: 3px solid #fc6; overflow-wrap: anywhere; pointer-events: none; }
+#vr { position: absolute; inset: auto 8px 12px auto; min-width: 44px; height: 34px; padding: 0 10px; font: inherit;
+  color: inherit; background: #16181cd0; border: none; border-radius: 8px; cursor: pointer; }
+#vr[aria-pressed="true"] { color: #8cf; }
+#vr:focus-visible { outline: 2px solid #9cf; }
 `;
 const NOT_OPEN = 'the model is not open yet: wait for load(), or for the event "load"';
 
@@ -51,7 +56,7 @@ function colorOfText(text) {
 
 export class LumatlasViewerElement extends Base {
   static observedAttributes = [
-    'src', 'memory', 'owner', 'lang', 'drift', 'quality', 'mode', 'controls', 'hold', 'poster', 'background',
+    'src', 'memory', 'owner', 'lang', 'drift', 'quality', 'mode', 'controls', 'hold', 'poster', 'background', 'vr',
   ];
 
   constructor() {
@@ -68,7 +73,10 @@ export class LumatlasViewerElement extends Base {
     this._line.setAttribute('role', 'status');
     this._line.setAttribute('part', 'message');
     this._layer = made('div', {id: 'marks'});
-    this._inside.append(this._poster, this._layer, this._bar, this._line);
+    this._vr = made('button', {id: 'vr', hidden: true});
+    this._vr.setAttribute('part', 'vr');
+    this._vr.addEventListener('click', () => this._toggleVr());
+    this._inside.append(this._poster, this._layer, this._vr, this._bar, this._line);
     root.append(this._inside);
     // A page scrolls on under the wheel until the visitor has turned to the model.
     this._inside.addEventListener('wheel', (event) => {
@@ -101,6 +109,8 @@ export class LumatlasViewerElement extends Base {
       if (before !== value || name === 'src') this._beginSoon();
     } else if (name === 'poster') {
       this._showPoster();
+    } else if (name === 'vr') {
+      this._offerVr();
     } else if (name === 'drift') {
       if (value === null || value === 'off') this._shown?.drift?.end();
     } else if (this._shown?.viewer.model) {
@@ -137,6 +147,16 @@ export class LumatlasViewerElement extends Base {
 
   async coverage() {
     return this._open.coverage();
+  }
+
+  // Shows the model in the visitor's headset. A click must call it, or browsers refuse.
+  async enterVr() {
+    if (!navigator.xr) throw new Error('this browser has no WebXR');
+    await this._open.headset.begin();
+  }
+
+  exitVr() {
+    this._shown?.headset.end();
   }
 
   get errors() {
@@ -232,6 +252,8 @@ export class LumatlasViewerElement extends Base {
         this._moved = true;
         if (!opened) this._showPoster();
       },
+      /** @param {number} came @param {number} all */
+      begun: (came, all) => Object.assign(this._bar, {max: all, value: came}),
       /** @param {number} done @param {number} total @param {boolean} ended */
       progressed: (done, total, ended) => {
         Object.assign(this._bar, {max: Math.max(1, total), value: done, hidden: ended});
@@ -244,6 +266,11 @@ export class LumatlasViewerElement extends Base {
       },
       /** @param {string} line */
       missing: (line) => this._showLine(line),
+      /** @param {boolean} shows */
+      headset: (shows) => {
+        this._vr.setAttribute('aria-pressed', String(shows));
+        this._tell('vr', {shows});
+      },
     };
   }
 
@@ -253,7 +280,29 @@ export class LumatlasViewerElement extends Base {
     const {viewer, owner} = this._open;
     const label = this._texts.say('titledScene', {title: owner.title, scene: {key: 'scene'}});
     if (owner.title) viewer.canvas.setAttribute('aria-label', label);
+    this._offerVr();
     if (owner.annotations.length > 0) this._marks = new OwnerMarks(viewer, this._layer, owner.annotations);
+  }
+
+  // Shows the button for the headset, where the page wants it and there is one.
+  async _offerVr() {
+    const shown = this._shown;
+    const isWanted = !['off', null].includes(this.getAttribute('vr')) && Boolean(shown?.viewer.model);
+    const isThere = isWanted && await hasHeadset();
+    if (shown !== this._shown) return;
+    this._vr.textContent = this._texts.say('headset');
+    this._vr.title = this._texts.say('showsInHeadset');
+    this._vr.setAttribute('aria-pressed', String(Boolean(shown?.headset.session)));
+    this._vr.hidden = !isThere;
+  }
+
+  async _toggleVr() {
+    if (this._shown?.headset.session) return this.exitVr();
+    try {
+      await this.enterVr();
+    } catch (error) {
+      this._showLine(this._texts.say('headsetFails', {why: this._texts.of(error)}));
+    }
   }
 
   // Ends the model, and deletes what it has on the GPU.
@@ -264,7 +313,7 @@ export class LumatlasViewerElement extends Base {
     this._shown = this._loading = null;
     this._canvas?.remove();
     this._canvas = undefined;
-    this._poster.hidden = this._bar.hidden = true;
+    this._poster.hidden = this._bar.hidden = this._vr.hidden = true;
     this._showLine('');
   }
 
@@ -285,7 +334,7 @@ export class LumatlasViewerElement extends Base {
       viewer.navigation.hold.on = value !== 'off';
     } else if (name === 'background') {
       const color = colorOfText(value);
-      if (color) viewer.background = {above: color, below: color};
+      if (color) viewer.background = {above: color, below: color, continues: false};
       viewer.invalidate();
     }
   }

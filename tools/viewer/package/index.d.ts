@@ -48,6 +48,8 @@ export interface LumatlasViewerEventMap {
   progress: CustomEvent<{done: number, total: number}>;
   /** A file failed to load. Unless that is final, the element asks for it again. */
   error: CustomEvent<{message: string, final: boolean}>;
+  /** A headset shows the model from now on, or no more. */
+  vr: CustomEvent<{shows: boolean}>;
   /** The camera has moved; at most once a frame. */
   viewchange: CustomEvent<ViewerCamera>;
 }
@@ -66,6 +68,11 @@ export class LumatlasViewerElement extends HTMLElement {
   screenshot(): Promise<Blob>;
   /** Resolves with the share of the present picture that was photographed from near there, in [0, 1]. */
   coverage(): Promise<number>;
+  /** Shows the model in the visitor's headset (WebXR). A click must call it. Rejects where the browser or the visitor
+   *  refuses, or while there is no model. */
+  enterVr(): Promise<void>;
+  /** Ends what enterVr() began. */
+  exitVr(): void;
   /** Sentences on what is missing now; empty: nothing. */
   readonly errors: string[];
   /** The names of the model's photographs. */

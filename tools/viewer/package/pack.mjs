@@ -11,7 +11,7 @@ import {fileURLToPath} from 'node:url';
 // Modules and folders that only the page of a site has.
 const NOT_IN_PACKAGE = ['page.js', 'interface.js', 'elements.js', 'panels.js', 'saving.js', 'walking.js', 'quiet_controls.js',
   'fill.js', 'comparing.js',
-  'measuring.js', 'surface_taps.js', 'annotations.js', 'owner_page.js', 'crop_controls.js', 'editor.js', 'path', 'headset'];
+  'measuring.js', 'surface_taps.js', 'annotations.js', 'owner_page.js', 'crop_controls.js', 'editor.js', 'path', 'headset_button.js'];
 const FILES = ['README.md', 'index.d.ts', 'three.d.ts'];
 
 const [program, folder] = process.argv.slice(2);

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Shows one model in a canvas of an element, from its first request to the end.
 import {Drift} from '../page/drift.js';
+import {Headset} from '../page/headset/headset.js';
 import {interact} from '../page/interaction.js';
 import {poseOfSaved} from '../page/owner/owners_views.js';
 import {emptyPageFile, shownPart} from '../page/owner/page_file.js';
@@ -16,15 +17,18 @@ import {placeOf, placeOfView} from './view_poses.js';
 /** @import {PageFile} from '../page/types.d.ts' */
 
 const JUMP_MS = 700;
+const UNKNOWN_UNIT = {name: '', length: 1};
 
 // Called with what happens to a model. `failed`: `final` says that the model will not come.
 /**
  * @typedef {{
  *   drawn(): void,
  *   moved(): void,
+ *   begun(came: number, all: number): void,
  *   progressed(done: number, total: number, ended: boolean): void,
  *   failed(message: string, final: boolean): void,
  *   missing(line: string): void,
+ *   headset(shows: boolean): void,
  * }} Listener
  */
 
@@ -57,12 +61,15 @@ export class ShownModel {
     this.errors = [];
     /** @type {{jump: object | null, resolve: () => void}[]} */
     this.arrivals = [];  // callers who wait until a jump ends
+    this.headset = new Headset(this.viewer, () => this.owner.unit ?? UNKNOWN_UNIT);
+    this.headset.changed = () => listener.headset(this.headset.session !== null);
     this.listen();
   }
 
   listen() {
     const {viewer, listener} = this;
     viewer.changed = () => listener.moved();
+    viewer.begun = (came, all) => listener.begun(came, all);
     viewer.progressed = () => {
       const {done, total, ended} = viewer.residents.progress();
       listener.progressed(done, total, ended);
@@ -119,7 +126,7 @@ export class ShownModel {
     viewer.navigation.setUp(file.up);
     if (file.view) viewer.navigation.set(poseOfSaved(file.view), file.view.fov);
     const part = shownPart(file);
-    if (part) viewer.setShownPart(part);
+    if (part) viewer.setShownPart(part, Boolean(file.crop));
     if (!complaint) return;
     this.complaint = viewer.texts.of(complaint);
     viewer.missing(viewer.losses.line());
@@ -130,6 +137,7 @@ export class ShownModel {
   close() {
     if (this.closed) return;
     this.closed = true;
+    this.headset.end();
     this.viewer.close();
     this.viewer.gl.getExtension('WEBGL_lose_context')?.loseContext();
     for (const {resolve} of this.arrivals.splice(0)) resolve();

@@ -13,7 +13,7 @@ const LEGENDS = {
 };
 
 // Buttons that need a model.
-const OF_A_MODEL = ['walk', 'hold', 'save', 'more'];
+const OF_A_MODEL = ['walk', 'hold', 'first-view', 'link', 'save', 'more'];
 
 const LINK_TOLD_MS = 2500;  // how long a button says that the link is copied
 
@@ -37,16 +37,23 @@ export class Interface {
     button('understood').addEventListener('click', () => {
       part('notice').hidden = true;
     });
-    addEventListener('keydown', (event) => {
-      const writes = event.target instanceof HTMLElement && event.target.matches('input, textarea');
-      if (event.key === '?' && !writes && !event.ctrlKey && !event.metaKey && !event.altKey) this.showHelp();
-    });
+    addEventListener('keydown', (event) => this.pressed(event));
     button('full').hidden = !document.fullscreenEnabled;
   }
 
   // The model is open: buttons that need it work from now on.
   showModel() {
     for (const id of OF_A_MODEL) button(id).disabled = false;
+  }
+
+  // Presses the button whose key it is.
+  /** @param {KeyboardEvent} event */
+  pressed({key, target, ctrlKey, metaKey, altKey}) {
+    if (ctrlKey || metaKey || altKey) return;
+    if (target instanceof HTMLElement && target.matches('input, textarea, select, dialog *')) return;
+    /** @type {NodeListOf<HTMLButtonElement>} */
+    const buttons = document.querySelectorAll('nav button[aria-keyshortcuts]:not([hidden])');
+    [...buttons].find((each) => each.getAttribute('aria-keyshortcuts') === key.toUpperCase())?.click();
   }
 
   showHelp() {
@@ -66,13 +73,30 @@ export class Interface {
     this.actions.writeAddress();
     try {
       await navigator.clipboard.writeText(location.href);
-      shown.textContent = this.texts.say('linkCopied');
+      this.nameButton(shown, 'linkCopied');
     } catch {
-      shown.textContent = this.texts.say('linkIsAddress');
+      this.nameButton(shown, 'linkIsAddress');
     }
+    shown.classList.add('tells');
     setTimeout(() => {
-      shown.textContent = this.texts.say('copyLink');
+      shown.classList.remove('tells');
+      this.nameButton(shown, 'copyLink');
     }, LINK_TOLD_MS);
+  }
+
+  // The name is read to those who hear the page, and is shown beside the button to those who see it.
+  /** @param {HTMLButtonElement} shown @param {SaidKey} key */
+  nameButton(shown, key) {
+    const name = shown.querySelector('.name');
+    if (name) name.textContent = this.texts.say(key);
+  }
+
+  // Says what a button's state means.
+  /** @param {string} id @param {SaidKey} key */
+  explain(id, key) {
+    const said = this.texts.say(key);
+    button(id).setAttribute('aria-description', said);
+    button(id).querySelector('.name')?.setAttribute('data-hint', said);
   }
 
   toggleThumbnails() {
@@ -121,13 +145,13 @@ export class Interface {
   /** @param {boolean} orbits */
   showOrbits(orbits) {
     button('walk').setAttribute('aria-pressed', String(!orbits));
-    button('walk').title = this.texts.say(orbits ? 'turnsAround' : 'turnsHead');
+    this.explain('walk', orbits ? 'turnsAround' : 'turnsHead');
   }
 
   /** @param {boolean} on */
   showHold(on) {
     button('hold').setAttribute('aria-pressed', String(on));
-    button('hold').title = this.texts.say(on ? 'returns' : 'goesAnywhere');
+    this.explain('hold', on ? 'returns' : 'goesAnywhere');
   }
 
   // `done` of `total` photographs are there. `ended`: there is nothing to wait for.

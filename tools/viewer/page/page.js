@@ -117,6 +117,7 @@ function connect(viewer) {
     page.showGpuLost(lost);
     document.documentElement.dataset.gpu = lost ? 'lost' : 'there';
   };
+  viewer.begun = (came, all) => page.showProgress(viewer.texts.say('theMesh'), came, all, false);
   viewer.progressed = () => {
     const {photographs} = viewer.renderer;
     if (!photographs) return;

@@ -26,6 +26,14 @@ export interface Camera {
   translation: Vector;
 }
 
+// What stands where a picture has no surface: colours from above to below, each in [0, 1]. `continues`: the surface's own
+// colours go on instead.
+export interface Background {
+  above: Vector;
+  below: Vector;
+  continues: boolean;
+}
+
 // A stored view; the three names are of files, or of parts of one.
 export interface View extends Camera {
   name: string;

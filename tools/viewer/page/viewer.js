@@ -22,8 +22,8 @@ import {ENGLISH, TextError} from './texts/texts.js';
 /** @import {PictureTarget} from './drawing/gl_objects.js' */
 /**
  * @import {
- *   Camera, Layout, LiveState, Mesh, MeshFile, Mode, Overrun, Pose, Scene, Shaders, ShownPart, Size, Tables, TexelForm,
- *   Vector, ViewerOptions
+ *   Background, Camera, Layout, LiveState, Mesh, MeshFile, Mode, Overrun, Pose, Scene, Shaders, ShownPart, Size,
+ *   Tables, TexelForm, Vector, ViewerOptions
  * } from './types.d.ts'
  */
 
@@ -74,6 +74,7 @@ export class Viewer {
     this.shares = options.gl !== undefined;  // the canvas is another program's too
     this.closing = new AbortController();
     this.files = new SiteFiles(options.base, {...options.network, signal: this.closing.signal});
+    this.files.fetching.heard = (name, came, size) => this.hear(name, came, size);
     this.texts = options.texts ?? ENGLISH;
     this.losses = new Losses(this.texts, (line) => this.missing(line));
     this.memory = options.memory;
@@ -84,9 +85,12 @@ export class Viewer {
     this.sizes = new PictureSizes(canvas);
     /** @type {Mode} */
     this.mode = 'picture';
-    this.background = {above: [0.17, 0.19, 0.22], below: [0.34, 0.36, 0.39]};
+    /** @type {Background} */
+    this.background = {above: [0.17, 0.19, 0.22], below: [0.34, 0.36, 0.39], continues: true};
 
     this.changed = () => {};     // after each change of the view
+    /** @type {(came: number, all: number) => void} */
+    this.begun = () => {};       // told how many bytes of the first mesh have come
     this.progressed = () => {};  // after each photograph that came, or could not be had
     this.followed = () => {};    // after another version of the scene has taken this one's place
     /** @type {(overrun: Overrun | null) => void} */
@@ -111,6 +115,7 @@ export class Viewer {
     this.resident = new Uint32Array();  // for each tile of the scene, 1 or 0
     /** @type {ShownPart | null} */
     this.shownPart = null;  // of the surface; null: all of it
+    this.isCropped = false;  // to a box, outside of which nothing is shown
     /** @type {{bytes: number, scale: number} | null} */
     this.room = null;  // number of photographs, once it is known
     this.forgetGpu();
@@ -207,6 +212,14 @@ export class Viewer {
     const start = navigation.poseOfView(scene.first_view, this.canvas.width, this.canvas.height);
     navigation.set(start?.pose ?? navigation.pose, start?.fov ?? FIELD_OF_VIEW);
     return scene;
+  }
+
+  // Tells of the first mesh while it comes.
+  /** @param {string} name @param {number} came @param {number | null} size */
+  hear(name, came, size) {
+    if (!this.model || this.hasMesh || size === null) return;
+    const {coarse, mesh} = this.scene;
+    if (name === (coarse ?? mesh).file) this.begun(came, size);
   }
 
   // Ends all: requests, drawing, and what is on the GPU.
@@ -717,10 +730,11 @@ export class Viewer {
     this.changed();
   }
 
-  // Shows a part of the surface alone; null: all of it.
-  /** @param {ShownPart | null} part */
-  setShownPart(part) {
+  // Shows a part of the surface alone; null: all of it. `isCropped`: outside of a box, there is nothing.
+  /** @param {ShownPart | null} part @param {boolean} isCropped */
+  setShownPart(part, isCropped) {
     this.shownPart = part;
+    this.isCropped = isCropped;
     this.renderer.surface.setShownPart(part);
     this.invalidate();
   }
@@ -792,7 +806,14 @@ export class Viewer {
   drawNow(size = this.sizes.next()) {
     const {canvas, renderer} = this;
     const target = this.drawTarget(this.camera(...size));
-    renderer.present(target.colour, canvas.width, canvas.height, this.background);
+    renderer.present(target, canvas.width, canvas.height, this.backgroundNow());
+  }
+
+  // A measure of the model, and a model that is cropped, end where they end.
+  /** @returns {Background} */
+  backgroundNow() {
+    const continues = this.background.continues && this.mode === 'picture' && !this.isCropped;
+    return {...this.background, continues};
   }
 
   // Draws a camera's picture as an interactive frame, into the target that it returns.
@@ -908,8 +929,7 @@ export class Viewer {
 
   presentStill() {
     const {canvas, renderer} = this;
-    const {colour} = renderer.stillTarget(...this.stillSize);
-    renderer.present(colour, canvas.width, canvas.height, this.background);
+    renderer.present(renderer.stillTarget(...this.stillSize), canvas.width, canvas.height, this.backgroundNow());
   }
 
   /** @returns {Generator<Work, void>} */
@@ -972,7 +992,7 @@ export class Viewer {
     if (this.mode === 'picture' && this.shown.pictures && this.still === 'done') {
       this.presentStill();
     } else {
-      renderer.present(target.colour, canvas.width, canvas.height, this.background);
+      renderer.present(target, canvas.width, canvas.height, this.backgroundNow());
     }
     return new Promise((resolve) => canvas.toBlob(resolve, 'image/png'));
   }

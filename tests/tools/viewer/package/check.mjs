@@ -9,6 +9,7 @@ import puppeteer from 'puppeteer-core';
 import {opened, served, started} from './browser.mjs';
 import {checkElement, checkNetwork} from './element_checks.mjs';
 import {checkEnd, checkThree} from './three_checks.mjs';
+import {checkVr} from './vr_checks.mjs';
 
 const [chromium, folder, pictures] = process.argv.slice(2);
 const models = {'/model/': join(folder, 'model'), '/others/': folder};
@@ -55,6 +56,7 @@ try {
   await example('bundler', checkBundler);
   const others = {strict: strict.address, open: open.address};
   await example('html', (page) => checkNetwork(page, others), {expected: /404|CORS|ERR_FAILED|AbortError|was taken away/});
+  await example('html', checkVr);
   await example('three', checkThree, {end: checkEnd, expected: /not stretched/});
 } finally {
   await browser.close();

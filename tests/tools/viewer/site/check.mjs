@@ -10,6 +10,7 @@ import {checkDrift, checkRest, checkSlow, withHiddenTab, withLoss, withReducedMo
 import {FLIGHT_MIB, checkFlight} from './flight_checks.mjs';
 import {startedFirefox} from './firefox.mjs';
 import {checkHeadset, withHeadset} from './headset_checks.mjs';
+import {checkLoading, withSlowNetwork} from './loading_checks.mjs';
 import {onLeastDevice, withLeastDevice} from './least_device.mjs';
 import {checkQuiet} from './quiet_checks.mjs';
 import {checkPicture} from './picture_checks.mjs';
@@ -38,6 +39,7 @@ const checks = {
   'drift-link': {check: checkRest, query: '#at=0.1,0.1,0.3&turned=0.5,0.5,-0.5,0.5&fov=50'},
   'drift-motion': {check: checkRest, prepare: withReducedMotion},
   'drift-hidden': {check: checkRest, prepare: withHiddenTab},
+  loading: {check: checkLoading, prepare: withSlowNetwork, query: '?drift=off'},
   quiet: {check: checkQuiet, query: '?drift=off'},
   flight: {check: checkFlight, query: `?drift=off&memory=${FLIGHT_MIB}`},
   'texts-de': {check: checkGerman, query: '?drift=off&lang=de'},

@@ -7,6 +7,29 @@ const untilShown = (page, opacity, ...names) => page.waitForFunction(
     (wanted, all) => all.every((name) => getComputedStyle(document.querySelector(name)).opacity === wanted),
     {timeout: 20000}, String(opacity), names.length > 0 ? names : ['nav', '#thumbnails']);
 
+// Each button of the bar has a name and is pressed by the key that it names, unless a text is being written. The tools
+// are open.
+async function checkKeys(page) {
+  const names = await page.$$eval('nav button', (all) => all.map((each) => each.textContent.trim()));
+  assert.ok(names.length === 9 && names.every(Boolean), names.join());
+  const keys = await page.$$eval('[aria-keyshortcuts]', (all) => all.map((each) => [
+    each.getAttribute('aria-keyshortcuts'), getComputedStyle(each.querySelector('.name'), '::after').content,
+  ]));
+  assert.ok(keys.length === 5 && keys.every(([key, shown]) => shown.startsWith(`"${key}"`)), JSON.stringify(keys));
+  const seen = (selector) => page.$eval(selector, (element) => element.checkVisibility());
+  const before = [await seen('#thumbnails'), await seen('#tools')];
+  await page.keyboard.press('p');
+  await page.keyboard.press('t');
+  assert.deepEqual([await seen('#thumbnails'), await seen('#tools')], before.map((shown) => !shown));
+  await page.keyboard.press('p');
+  await page.keyboard.press('t');
+  assert.deepEqual([await seen('#thumbnails'), await seen('#tools')], before);
+  await page.click('#edit');
+  await page.type('#edit-title', 'pt');
+  assert.equal(await seen('#thumbnails'), true);
+  await page.click('#editing .close');
+}
+
 export async function checkQuiet(page, picture) {
   await complete(page);
   await page.evaluate(() => {
@@ -32,6 +55,7 @@ export async function checkQuiet(page, picture) {
   await untilShown(page, 0);
   await page.keyboard.press('h');
   await untilShown(page, 1);
+  await checkKeys(page);
   await page.focus('#help');
   await page.keyboard.press('h');
   await untilShown(page, 0, '#thumbnails');

@@ -49,7 +49,7 @@ const shownTexts = (page) => page.evaluate(() => {
     if (node.parentElement?.closest('script, style, noscript, code')) continue;
     if (node instanceof Text && node.textContent.trim()) found.push(node.textContent.trim());
     if (!(node instanceof Element)) continue;
-    for (const name of ['aria-label', 'aria-valuetext', 'title', 'alt', 'placeholder']) {
+    for (const name of ['aria-label', 'aria-description', 'aria-valuetext', 'title', 'alt', 'placeholder']) {
       if (node.getAttribute(name)) found.push(node.getAttribute(name));
     }
   }
@@ -126,6 +126,6 @@ export const withFrenchVisitor = (page) => page.evaluateOnNewDocument(() => {
 export async function checkFrench(page) {
   await complete(page);
   const seen = await page.evaluate(
-      () => [document.documentElement.lang, document.getElementById('more').textContent, window.lumatlas.texts.language]);
+      () => [document.documentElement.lang, document.getElementById('more').textContent.trim(), window.lumatlas.texts.language]);
   assert.deepEqual(seen, ['fr', 'Outils', 'fr']);
 }

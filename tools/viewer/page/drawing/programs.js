@@ -6,7 +6,7 @@ import {ContextLost, GlObjects} from './gl_objects.js';
 // In the order of TextureUnit there; the page's own after them.
 const SAMPLERS = [
   'photographs', 'depths', 'surfaces', 'zones', 'cells', 'references', 'views', 'tile_slots', 'image', 'mask',
-  'diagnosis', 'seen_depths', 'variances', 'sharp',
+  'diagnosis', 'seen_depths', 'variances', 'sharp', 'fine', 'coarse',
 ];
 /** @param {string} name */
 export const unitOf = (name) => SAMPLERS.indexOf(name);
@@ -26,6 +26,9 @@ const PASSES = {
   bc7: {fragment: 'bc7.frag'},
   etc2: {fragment: 'etc2.frag'},
   needs: {fragment: 'needs.frag'},
+  gather: {fragment: 'surroundings.frag', defines: '#define GATHER\n'},
+  halve: {fragment: 'surroundings.frag', defines: '#define HALVE\n'},
+  fill: {fragment: 'surroundings.frag'},
   present: {fragment: 'page.frag'},
   modes: {fragment: 'modes.frag'},
   fade: {fragment: 'fade.frag'},

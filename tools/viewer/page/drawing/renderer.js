@@ -8,11 +8,13 @@ import {Glances, MOST_GLANCE_BYTES} from './glances.js';
 import {GlObjects, Targets} from './gl_objects.js';
 import {Programs} from './programs.js';
 import {Surface} from './surface.js';
+import {Surroundings, surroundingsBytes} from './surroundings.js';
 import {CELLS_OF_SHADER} from '../reading/surface.js';
 import {bindTexture, makeTexture} from './tables.js';
 /** @import {Photographs} from './photographs.js' */
 /** @import {PictureTarget, Sized, SurfaceTarget} from './gl_objects.js' */
-/** @import {Camera, Mode, Scene, Shaders, Size, Vector} from '../types.d.ts' */
+/** @import {Picture} from './surroundings.js' */
+/** @import {Background, Camera, Mode, Scene, Shaders, Size, Vector} from '../types.d.ts' */
 
 const SAMPLED = 4;                  // in the stencil: pixels that are means over samples
 const NOTHING = 0xFFFFFFFF;
@@ -67,6 +69,7 @@ export class Renderer {
     this.scene = scene;
     this.programs = new Programs(gl, shaders, scene.blend.views);
     this.glances = new Glances(this);
+    this.surroundings = new Surroundings(this);
     this.targets = new Targets(gl, () => this.noteBytes());
     this.objects = new GlObjects(gl);
     this.surface = new Surface(gl);
@@ -117,7 +120,8 @@ export class Renderer {
     const part = [still[0], still[1]].map((side) => Math.min(side, MOST_PART_PX + 2 * AROUND_PX));
     const [ofPart, ofMoving, ofStill] = [part, moving, still].map(([width, height]) => width * height);
     const samples = this.scene.blend.supersample ** 2;
-    return MOST_GLANCE_BYTES + PICTURE_BYTES * ofMoving + STILL_BYTES * ofStill +
+    const ofSurroundings = Math.max(surroundingsBytes(moving), surroundingsBytes(still));
+    return MOST_GLANCE_BYTES + ofSurroundings + PICTURE_BYTES * ofMoving + STILL_BYTES * ofStill +
         ofPart * (PICTURE_BYTES + samples * SURFACE_BYTES + (this.softens() ? 2 * EDGE_BYTES + STILL_BYTES : 0));
   }
 
@@ -529,34 +533,33 @@ export class Renderer {
     return diagnosis;
   }
 
-  // A texture of a picture, on the canvas, before a background.
-  /**
-   * @param {WebGLTexture} colour
-   * @param {number} width
-   * @param {number} height
-   * @param {{above: Vector, below: Vector}} background
-   */
-  present(colour, width, height, background) {
-    this.presentIn(null, {x: 0, y: 0, width, height}, colour, background);
+  // A picture on the canvas, of that many pixels, before a background.
+  /** @param {Picture} picture @param {number} width @param {number} height @param {Background} background */
+  present(picture, width, height, background) {
+    this.presentIn(null, {x: 0, y: 0, width, height}, picture, background);
   }
 
   // The same in a part of a framebuffer, pixels from its bottom left corner; null: the canvas.
   /**
    * @param {WebGLFramebuffer | null} framebuffer
    * @param {{x: number, y: number, width: number, height: number}} place
-   * @param {WebGLTexture} colour
-   * @param {{above: Vector, below: Vector}} background
+   * @param {Picture} picture
+   * @param {Background} background
    */
-  presentIn(framebuffer, {x, y, width, height}, colour, background) {
+  presentIn(framebuffer, {x, y, width, height}, picture, {above, below, continues}) {
     const {gl} = this;
     this.setState();
+    const around = continues ? this.surroundings.of(picture) : null;
+    if (around) bindTexture(gl, 'fine', gl.TEXTURE_2D, around.cells);
     gl.bindFramebuffer(gl.FRAMEBUFFER, framebuffer);
     gl.viewport(x, y, width, height);
-    bindTexture(gl, 'image', gl.TEXTURE_2D, colour);
+    bindTexture(gl, 'image', gl.TEXTURE_2D, picture.colour);
     const program = this.programs.use('present');
     gl.uniform4f(program.uniform('place'), x, y, width, height);
-    gl.uniform3fv(program.uniform('above'), background.above);
-    gl.uniform3fv(program.uniform('below'), background.below);
+    gl.uniform3fv(program.uniform('above'), above);
+    gl.uniform3fv(program.uniform('below'), below);
+    gl.uniform1i(program.uniform('continues'), Number(continues));
+    gl.uniform2fv(program.uniform('cells_across'), around?.across ?? [1, 1]);
     gl.drawArrays(gl.TRIANGLES, 0, 3);
   }
 

@@ -14,7 +14,8 @@ const PUSHED = 0.7;              // of a stick's way, from which it is pushed as
 const RELEASED = 0.3;            // of it, up to which it is let go
 const LONGEST_FLIGHT_S = 0.1;      // limits a step after a slow picture
 const USUAL_RATE = 72;           // frames a second, of a headset that does not say its own
-const BACKGROUND = {above: [0.25, 0.27, 0.3], below: [0.25, 0.27, 0.3]};  // one that moves with the head disturbs
+// One that moves with the head disturbs.
+const BACKGROUND = {above: [0.25, 0.27, 0.3], below: [0.25, 0.27, 0.3], continues: false};
 const MODE = 'immersive-vr';
 
 // Returns whether this device has a headset that pages may use.
@@ -123,7 +124,7 @@ export class Headset {
       const {width, height} = viewport;
       const share = Math.min(pace.share, Math.sqrt(most / (width * height)));
       const target = viewer.drawTarget(scaledCamera(place.cameraOf(view, width, height), share));
-      renderer.presentIn(layer.framebuffer, viewport, target.colour, BACKGROUND);
+      renderer.presentIn(layer.framebuffer, viewport, target, BACKGROUND);
     }
     this.drawn();
   }

@@ -43,7 +43,7 @@ export class OwnerPage {
     const key = JSON.stringify([crop, hidden]);
     if (key === this.shownPart) return;
     const test = shownPart(this.file);
-    if (test || this.shownPart) this.viewer.setShownPart(test);
+    if (test || this.shownPart) this.viewer.setShownPart(test, Boolean(crop));
     this.shownPart = key;
   }
 

@@ -36,6 +36,9 @@ export class Fetching {
     this.laterMs = laterMs;
     this.random = random;
     this.signal = signal;
+    // Told how many bytes of a file have come so far, and how many there are; null: that is not known.
+    /** @type {(name: string, came: number, size: number | null) => void} */
+    this.heard = () => {};
   }
 
   // Returns the result of `decode` for a file's bytes, or a part's. `size`: the file's bytes, if known.
@@ -101,9 +104,9 @@ export class Fetching {
         throw error;
       });
       if (!response.ok) throw refusal(name, response.status);
-      const all = await body(response, watch);
-      const blob = response.status === 206 ? all : slicePart(all, part);  // some servers send the whole file
       const promised = part?.length ?? size ?? lengthOf(response);
+      const all = await body(response, watch, (came) => this.heard(name, came, promised));
+      const blob = response.status === 206 ? all : slicePart(all, part);  // some servers send the whole file
       if (promised !== null && blob.size !== promised) {
         throw new FetchFailure(name, {key: 'whyBytes', values: {came: blob.size, promised}});
       }
@@ -165,14 +168,17 @@ class Watch {
   }
 }
 
-/** @param {Response} response @param {Watch} watch */
-async function body(response, watch) {
+/** @param {Response} response @param {Watch} watch @param {(came: number) => void} heard */
+async function body(response, watch, heard) {
   /** @type {BlobPart[]} */
   const parts = [];
   const reader = response.body?.getReader();
+  let came = 0;
   for (let read = await reader?.read(); read && !read.done; read = await reader?.read()) {
     watch.heard();
     parts.push(read.value);
+    came += read.value.byteLength;
+    heard(came);
   }
   return new Blob(parts, {type: response.headers.get('Content-Type') ?? ''});
 }

@@ -1,12 +1,20 @@
 #version 300 es
-// A picture on the canvas, enlarged where it is smaller, before a background where there is no surface.
+// A picture on the canvas, enlarged where it is smaller. Where there is no surface, the colours around it go on, or there
+// is a background.
 precision highp float;
 precision highp int;
 precision highp sampler2D;
+precision highp usampler2D;
+
+#include "../../../../blend/shaders/srgb.glsl"
+#include "surroundings.glsl"
 
 uniform sampler2D image;  // sRGB; alpha 0: no surface
 uniform vec4 place;       // of the picture, pixels: left, bottom, width, height
 uniform vec3 above, below;
+uniform bool continues;
+uniform usampler2D fine;    // of the surroundings: the finest cells, filled; the first row is the top
+uniform vec2 cells_across;  // and down, of the picture
 
 layout(location = 0) out vec4 color;
 
@@ -23,8 +31,15 @@ void main() {
     vec4 texel = texelFetch(image, clamp(ivec2(first) + corner, ivec2(0), size - 1), 0);
     if (texel.a > 0.0) sum += part.x * part.y * vec4(texel.rgb, 1.0);
   }
-  vec3 background = mix(below, above, smoothstep(0.0, 1.0, share.y));
-  // Two levels of noise, so that the gradient has no bands.
-  background += (fract(sin(dot(gl_FragCoord.xy, vec2(12.9898, 78.233))) * 43758.5453) - 0.5) / 128.0;
-  color = vec4(sum.rgb + (1.0 - sum.a) * background, 1.0);
+  // Two levels of noise, so that what changes slowly has no bands.
+  float noise = (fract(sin(dot(gl_FragCoord.xy, vec2(12.9898, 78.233))) * 43758.5453) - 0.5) / 128.0;
+  vec4 around = continues ? between(fine, vec2(share.x, 1.0 - share.y) * cells_across) : vec4(-1.0);
+  if (around.a < 0.0) {
+    vec3 background = mix(below, above, smoothstep(0.0, 1.0, share.y)) + noise;
+    color = vec4(sum.rgb + (1.0 - sum.a) * background, 1.0);
+    return;
+  }
+  float surface = sum.a * min(around.a, 1.0);
+  vec3 mixed = mix(around.rgb, linear_from_srgb(sum.rgb / max(sum.a, 1e-6)), surface);
+  color = vec4(surface < 1.0 ? srgb_from_linear(mixed) + (1.0 - surface) * noise : sum.rgb, 1.0);
 }
