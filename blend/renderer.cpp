@@ -97,6 +97,7 @@ std::uint64_t array_bytes(const Snapshot& snapshot) {
 
 struct Renderer::State {
   RendererOptions steps;
+  PassListener listener;
   ShaderPrograms programs;
   GlVertexArray no_vertices, mesh;
   GlBuffer positions, colors, shares, zone_numbers, faces, picture_block;
@@ -133,6 +134,8 @@ struct Renderer::State {
   std::uint64_t meshes = 0;  // that were loaded
   PictureTargets targets;
 
+  // Tells the listener, if there is one, of a pass.
+  void tell(const char* pass) const;
   void take_tables(const Snapshot& snapshot);
   void load_references();
   void rank(const Camera& camera, const BlendOptions& options);
@@ -157,6 +160,10 @@ struct Renderer::State {
   [[nodiscard]] std::vector<float> draw_floats(const BlendOptions& options, Output output);
   [[nodiscard]] Rendering read_back() const;
 };
+
+void Renderer::State::tell(const char* pass) const {
+  if (listener) listener(pass);
+}
 
 // Those of a snapshot, and what of the mesh on the GPU depends on them. The mesh itself stays where that is of the same
 // surface.
@@ -205,6 +212,7 @@ void Renderer::State::load_references() {
 void Renderer::State::rank(const Camera& camera, const BlendOptions& options) {
   if (steps.skip_losers) rank_references(lists, balls, camera, stored_centers, options, ranked);
   reference_lists.store(std::as_bytes(std::span<const RankedReference>(ranked)));
+  tell("ranking");
 }
 
 // Mesh and zones for a width as in BlendOptions.
@@ -330,6 +338,7 @@ void Renderer::State::draw_surface(const SurfaceTargets& target, std::uint32_t a
   glDisable(GL_STENCIL_TEST);
   glDisable(GL_DEPTH_TEST);
   check_gl("drawing the surface");
+  tell(of_middles ? "surface" : "surface of samples");
 }
 
 // Draws all faces. With `marks`, they write to the stencil which shader they are for.
@@ -379,6 +388,7 @@ void Renderer::State::draw_blend(const GlFramebuffer& target, const BlendOptions
   glStencilMask(0xFF);
   glDisable(GL_STENCIL_TEST);
   check_gl("blending views");
+  tell("blend");
 }
 
 // Marks in the stencil which pixels are means of samples, as the middles' surface tells, and copies the marks to the
@@ -399,6 +409,7 @@ void Renderer::State::mark_sampled(const GlFramebuffer& target) {
   glBindFramebuffer(GL_DRAW_FRAMEBUFFER, targets.samples.pass.get());
   glBlitFramebuffer(0, 0, width, height, 0, 0, across * width, across * height, GL_STENCIL_BUFFER_BIT, GL_NEAREST);
   check_gl("marking silhouettes");
+  tell("silhouettes");
 }
 
 // Means over samples in place of the middles' colours, whose states stay, where the middles' surface says so.
@@ -423,6 +434,7 @@ void Renderer::State::draw_samples(const GlFramebuffer& target, const BlendOptio
   glStencilMask(0xFF);
   glDisable(GL_STENCIL_TEST);
   check_gl("drawing means over samples");
+  tell("samples");
 }
 
 // Blurs the picture in a framebuffer across depth edges, as the middles' surface tells. `sharp`: a texture of the same
@@ -453,6 +465,7 @@ void Renderer::State::soften_edges(const GlFramebuffer& target, const GlTexture&
   draw_screen(programs.get({.pass = Pass::soft_edges, .output = output}), targets.edge_rows);
   glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
   check_gl("softening edges");
+  tell("soft edges");
 }
 
 // Returns the four channels of each pixel as floats.
@@ -505,6 +518,10 @@ RendererWork Renderer::work() const {
 void Renderer::set_options(const RendererOptions& steps) {
   if (state_->steps.join_cells != steps.join_cells) state_->border_width.reset();
   state_->steps = steps;
+}
+
+void Renderer::set_listener(PassListener listener) {
+  state_->listener = std::move(listener);
 }
 
 void Renderer::load(const Snapshot& snapshot) {

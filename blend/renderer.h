@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -40,6 +41,11 @@ struct RendererWork {
   std::uint64_t depth_bytes = 0;  // depths
 };
 
+// Called after the commands of each pass were given to the driver, with the name of the pass: "surface", "blend",
+// "silhouettes", "surface of samples", "samples" or "soft edges"; and after references were ranked, with "ranking". It
+// may ask the driver for the time, and must leave all other state of the context as it is.
+using PassListener = std::function<void(const char* pass)>;
+
 class Renderer {
  public:
   // Draws in the context that is current on the calling thread: OpenGL ES 3.0 or OpenGL 4.5, made by any code. This
@@ -64,8 +70,9 @@ class Renderer {
 
   [[nodiscard]] RendererWork work() const;
 
-  // Takes effect from the next picture on.
+  // Both take effect from the next picture on.
   void set_options(const RendererOptions& steps);
+  void set_listener(PassListener listener);
 
   // Throws GlError for a picture above the driver's texture size or 2^29 pixels, std::invalid_argument unless camera
   // and options pass check(), and without load(). So do the functions below.

@@ -2,7 +2,8 @@
 // Benchmark of rendering: milliseconds a picture for several numbers of references per cell. It also measures each step
 // that is there for speed, and each that costs some, beside the straightforward loops over a cell's references and over
 // every stored view. With --load, it measures milliseconds to load the next snapshot of a store in which one view has
-// taken another's place. With --fetches, it counts the texels that the shader fetches at each pixel, which is the same
+// taken another's place. With --passes, it measures milliseconds of each pass, of the model with as many references as
+// --references says. With --fetches, it counts the texels that the shader fetches at each pixel, which is the same
 // on every driver, and times the pictures, of the model as it is. Needs saved models only, no photographs. A table in
 // Markdown goes to stdout; exit status as of lumatlas itself.
 #include <epoxy/gl.h>
@@ -33,6 +34,7 @@
 #include "tools/cli/flags/option_rules.h"
 #include "tools/lab/bench/program.h"
 #include "tools/lab/timing/frame_time.h"
+#include "tools/lab/timing/pass_time.h"
 
 namespace lumatlas {
 
@@ -49,6 +51,7 @@ struct Flags {
   std::string compare = "processor";
   bool load = false;
   bool fetches = false;
+  bool passes = false;
 };
 
 // Returns for each cell the stored views that see it, those with the most pixels on it first.
@@ -344,11 +347,52 @@ void run_fetches(const Flags& flags, const std::string& context) {
   for (const std::filesystem::path& model : flags.models) measure_fetches(model, flags);
 }
 
+void print_passes(const std::string& row, const std::vector<PassTime>& times) {
+  PassTime all{"all", 0, 0, std::nullopt};
+  for (const PassTime& time : times) {
+    all.wall += time.wall;
+    all.processor += time.processor;
+    if (time.gpu) all.gpu = all.gpu.value_or(0) + *time.gpu;
+  }
+  const auto print_one = [&](const PassTime& time) {
+    std::cout << row << " | " << time.pass << std::fixed << std::setprecision(2) << " | " << time.wall << " / "
+              << time.processor << " | ";
+    if (time.gpu) std::cout << *time.gpu;
+    std::cout << " |" << std::endl;
+  };
+  for (const PassTime& time : times) print_one(time);
+  print_one(all);
+}
+
+void measure_passes(const std::filesystem::path& path, const Flags& flags) {
+  Snapshot model = read_model(path).snapshot;
+  const std::vector<Camera> cameras = cameras_between_views(model, flags.pictures, {flags.width, flags.height});
+  if (cameras.empty()) throw std::invalid_argument(path.string() + ": stores no view, there is nothing to render");
+  const auto views = views_of_cells(model);
+  const std::string name = std::filesystem::weakly_canonical(path).filename().string();
+  Renderer renderer;
+  for (const std::uint32_t references : flags.references) {
+    model.references = at_most(views, references);
+    renderer.load(model);
+    print_passes("| " + name + " | " + std::to_string(references), pass_times(renderer, cameras, {}));
+  }
+}
+
+void run_passes(const Flags& flags, const std::string& context) {
+  std::cout << "Milliseconds of each pass of a picture of " << flags.width << "x" << flags.height << ", medians over "
+            << flags.pictures << ", on " << context
+            << ". Wall and processor: where each pass is finished before the next one begins. GPU: by its own clock, "
+               "without waiting.\n\n| model | references at most | pass | wall / processor, ms | GPU, ms "
+               "|\n|---|---|---|---|---|\n";
+  for (const std::filesystem::path& model : flags.models) measure_passes(model, flags);
+}
+
 void run(const Flags& flags) {
   const EglContext context;
   std::cerr << context.description() << '\n';
   if (flags.load) return run_loads(flags, context.description());
   if (flags.fetches) return run_fetches(flags, context.description());
+  if (flags.passes) return run_passes(flags, context.description());
   std::cout << "Pictures of " << flags.width << "x" << flags.height << ", medians over " << flags.pictures
             << " of them, " << flags.repeats << " times each, on " << context.description()
             << ". Milliseconds: wall / processor. Shares of " << flags.compare
@@ -385,6 +429,7 @@ int main(int argc, char** argv) {
                    "Time no pictures but --pictures times --repeats snapshots, each with another view");
   program.add_flag("--fetches", flags.fetches,
                    "Count the texels that the shader fetches at each pixel, and time pictures, of the model as it is");
+  program.add_flag("--passes", flags.passes, "Time each pass of a picture, with as many --references");
   program.add_option("--border-width", flags.border_width, "Of cells that fade into each other, of the cell size")
       ->check(lumatlas::number_between(0, 1));
   return lumatlas::run_program(program, "bench_render", argc, argv, [&] { lumatlas::run(flags); });
