@@ -31,6 +31,10 @@ struct RendererOptions {
   // takes none, they take the bytes of TexelFormat::rgb8. None: unless software draws, which is three times as fast
   // then.
   std::optional<bool> blocks = std::nullopt;
+  // Longest side, pixels, of the parts that a picture is drawn in, [64, 4000]. What a part is drawn into takes 40
+  // bytes a pixel, and 24 more for each sample of a pixel; the picture as a whole takes 4. Smaller parts take less
+  // memory and more commands.
+  std::uint32_t part_px = 640;
 };
 
 // Counts of the work that a renderer has done since it was made.
@@ -39,6 +43,7 @@ struct RendererWork {
   std::uint64_t color_bytes = 0;  // photographs, with their validity and their coarser levels, copied to the GPU
   std::uint64_t mask_bytes = 0;   // validity alone, and the coarser levels, which it weighs
   std::uint64_t depth_bytes = 0;  // depths
+  std::uint64_t targets = 0;      // bytes of what the last picture was drawn into, which are on the GPU now
 };
 
 // Called after the commands of each pass were given to the driver, with the name of the pass: "surface", "blend",
@@ -51,6 +56,7 @@ class Renderer {
   // Draws in the context that is current on the calling thread: OpenGL ES 3.0 or OpenGL 4.5, made by any code. This
   // context must be current for every call, and outlive the renderer. Every call leaves the context's state as it was:
   // bindings, switches, masks, viewport, and how pixels are stored.
+  // Throws std::invalid_argument unless the options are in their ranges; so does set_options().
   explicit Renderer(const RendererOptions& steps = {});
   ~Renderer();
   Renderer(Renderer&&) noexcept;
