@@ -34,6 +34,7 @@
 #include "blend/tables/ranked_references.h"
 #include "blend/tables/view_table.h"
 #include "blend/tables/zone_mesh.h"
+#include "mesh/base/number_text.h"
 
 namespace lumatlas {
 
@@ -113,6 +114,16 @@ void check_steps(const RendererOptions& steps) {
                               std::to_string(kLeastPart) + ", " + std::to_string(kMostPart) + "]");
 }
 
+[[noreturn]] void throw_not_loaded() {
+  throw std::invalid_argument("renderer: no snapshot is loaded, load() must come first");
+}
+
+void check_depth(const HostDepth& depth) {
+  if (std::isfinite(depth.at_infinity) && std::isfinite(depth.per_reciprocal) && depth.per_reciprocal != 0) return;
+  throw std::invalid_argument("renderer: the host's depth is " + number_text(depth.at_infinity) + " + " +
+                              number_text(depth.per_reciprocal) + " / z, must be finite and depend on z");
+}
+
 void bind_texture(TextureUnit unit, GLenum target, const GlTexture& texture) {
   glActiveTexture(GL_TEXTURE0 + static_cast<GLenum>(unit));
   glBindTexture(target, texture.get());
@@ -121,10 +132,33 @@ void bind_texture(TextureUnit unit, GLenum target, const GlTexture& texture) {
 
 }  // namespace
 
+HostDepth HostDepth::between(double nearest, double farthest) {
+  if (!(nearest > 0 && nearest < farthest && std::isfinite(farthest))) {
+    throw std::invalid_argument("host depth: it is between " + number_text(nearest) + " and " + number_text(farthest) +
+                                ", must be finite, above 0 and ascending");
+  }
+  const double at_infinity = farthest / (farthest - nearest);
+  return {at_infinity, -at_infinity * nearest};
+}
+
+HostDepth HostDepth::reversed(double nearest) {
+  if (!(nearest > 0 && std::isfinite(nearest))) {
+    throw std::invalid_argument("host depth: the nearest is " + number_text(nearest) + ", must be finite and above 0");
+  }
+  return {0, nearest};
+}
+
 std::uint64_t array_bytes(const Snapshot& snapshot) {
   check(snapshot);
   return array_shape(snapshot).bytes();
 }
+
+// A framebuffer of another program, and where the picture's lower left corner comes to in it.
+struct HostTarget {
+  GLuint framebuffer;
+  int left, bottom;
+  std::optional<HostDepth> depth;
+};
 
 struct Renderer::State {
   RendererOptions steps;
@@ -190,7 +224,9 @@ struct Renderer::State {
   void soften_edges(ColorTargets& target, Output output);
   void draw_part(ColorTargets& target, const BlendOptions& options, Output output);
   void copy_part(const PicturePart& part) const;
-  void present_part(const PicturePart& part, GLuint framebuffer, int left, int bottom);
+  void present_part(const PicturePart& part, const HostTarget& host);
+  [[nodiscard]] ProgramKey blend_key(Pass pass, std::uint32_t most_cells, const BlendOptions& options,
+                                     Output output) const;
   [[nodiscard]] std::vector<PicturePart> parts() const { return parts_of(whole.width, whole.height, steps.part_px); }
   // Draws the surface of each part of the picture, and calls `draw_rest` for what else there is to draw of it.
   template <typename DrawRest>
@@ -403,6 +439,16 @@ void Renderer::State::draw_screen(GLuint program, const GlTexture& surfaces) con
   glUseProgram(0);  // a program in use outlives its deletion, with its shaders
 }
 
+ProgramKey Renderer::State::blend_key(Pass pass, std::uint32_t most_cells, const BlendOptions& options,
+                                      Output output) const {
+  return {.pass = pass,
+          .views = options.views,
+          .cells = most_cells,
+          .output = output,
+          .cubic = sampled_cubic(options) > 0,
+          .views_in_block = views_in_block()};
+}
+
 // The middles of all pixels, by the surface that is drawn of them. The framebuffer has their stencil.
 void Renderer::State::draw_blend(const ColorTargets& target, const BlendOptions& options, Output output) {
   constexpr std::array<GLfloat, 4> kEmpty{};
@@ -414,13 +460,7 @@ void Renderer::State::draw_blend(const ColorTargets& target, const BlendOptions&
   for (std::size_t i = 0; i < kCellsOfShader.size(); ++i) {
     if (seen_runs.at(i).empty()) continue;
     glStencilFunc(GL_EQUAL, static_cast<GLint>(i) + 1, 0xFF);
-    draw_screen(programs.get({.pass = Pass::blend,
-                              .views = options.views,
-                              .cells = kCellsOfShader.at(i),
-                              .output = output,
-                              .cubic = sampled_cubic(options) > 0,
-                              .views_in_block = views_in_block()}),
-                targets.middles.surface);
+    draw_screen(programs.get(blend_key(Pass::blend, kCellsOfShader.at(i), options, output)), targets.middles.surface);
   }
   glStencilMask(0xFF);
   glDisable(GL_STENCIL_TEST);
@@ -460,13 +500,7 @@ void Renderer::State::draw_samples(const ColorTargets& target, const BlendOption
   glStencilFunc(GL_EQUAL, kSampled, 0xFF);
   glStencilMask(0);
   glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_FALSE);
-  draw_screen(programs.get({.pass = Pass::samples,
-                            .views = options.views,
-                            .cells = 4,
-                            .output = output,
-                            .cubic = sampled_cubic(options) > 0,
-                            .views_in_block = views_in_block()}),
-              targets.samples.surface);
+  draw_screen(programs.get(blend_key(Pass::samples, kCellsOfShader.back(), options, output)), targets.samples.surface);
   glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
   glStencilMask(0xFF);
   glDisable(GL_STENCIL_TEST);
@@ -525,19 +559,26 @@ void Renderer::State::copy_part(const PicturePart& part) const {
   check_gl("copying a part of the picture");
 }
 
-// Copies a drawn part into a framebuffer of the caller's, where the whole picture's lower left corner comes to a pixel.
-void Renderer::State::present_part(const PicturePart& part, GLuint framebuffer, int left, int bottom) {
+// Copies a drawn part into the framebuffer of another program.
+void Renderer::State::present_part(const PicturePart& part, const HostTarget& host) {
   const ReadPlace from = place_of(part, whole.width);
-  const int right_of_corner = static_cast<int>(part.copied.left) - static_cast<int>(from.x);
-  const int first_row = static_cast<int>(whole.height - from.top - from.height);
-  const GLuint program = programs.get({.pass = Pass::present});
+  const int left = host.left + static_cast<int>(from.left);
+  const int bottom = host.bottom + static_cast<int>(whole.height - from.top - from.height);
+  const GLuint program = programs.get({.pass = Pass::present, .host_depth = host.depth.has_value()});
   glUseProgram(program);
-  glUniform2i(glGetUniformLocation(program, "corner"), left + right_of_corner,
-              bottom + first_row - static_cast<int>(from.y));
-  glBindFramebuffer(GL_FRAMEBUFFER, framebuffer);
-  glViewport(left + static_cast<int>(part.copied.left), bottom + first_row, static_cast<GLsizei>(from.width),
-             static_cast<GLsizei>(from.height));
-  draw_screen(program, targets.colors.picture);
+  glUniform2i(glGetUniformLocation(program, "corner"), left - static_cast<int>(from.x),
+              bottom - static_cast<int>(from.y));
+  glBindFramebuffer(GL_FRAMEBUFFER, host.framebuffer);
+  glViewport(left, bottom, static_cast<GLsizei>(from.width), static_cast<GLsizei>(from.height));
+  if (host.depth) {
+    glUniform2f(glGetUniformLocation(program, "host_depth"), static_cast<GLfloat>(host.depth->at_infinity),
+                static_cast<GLfloat>(host.depth->per_reciprocal));
+    glEnable(GL_DEPTH_TEST);
+    glDepthFunc(host.depth->per_reciprocal < 0 ? GL_LEQUAL : GL_GEQUAL);
+  }
+  bind_texture(TextureUnit::photographs, GL_TEXTURE_2D, targets.colors.picture);
+  draw_screen(program, targets.middles.surface);
+  glDisable(GL_DEPTH_TEST);
   check_gl("drawing into the caller's framebuffer");
 }
 
@@ -604,8 +645,9 @@ Renderer& Renderer::operator=(Renderer&&) noexcept = default;
 RendererWork Renderer::work() const {
   const PhotographArray& photographs = state_->photographs;
   const WholeTarget& whole = state_->whole;
-  return {state_->meshes, photographs.color_bytes(), photographs.mask_bytes(), photographs.depth_bytes(),
-          state_->targets.bytes + kColorBytes * whole.width * whole.height};
+  return {state_->meshes,           photographs.color_bytes(),
+          photographs.mask_bytes(), photographs.depth_bytes(),
+          state_->programs.count(), state_->targets.bytes + kColorBytes * whole.width * whole.height};
 }
 
 void Renderer::set_options(const RendererOptions& steps) {
@@ -652,7 +694,7 @@ void Renderer::prepare(const Camera& camera, const BlendOptions& options) {
   check(camera);
   check(options);
   State& state = *state_;
-  if (!state.loaded) throw std::invalid_argument("renderer: no snapshot is loaded, load() must come first");
+  if (!state.loaded) throw_not_loaded();
   if (state.whole.width != camera.width || state.whole.height != camera.height) {
     state.whole = {};
     state.whole = make_whole_target(camera.width, camera.height);
@@ -674,15 +716,39 @@ void Renderer::draw(const Camera& camera, const BlendOptions& options) {
 }
 
 void Renderer::draw_into(std::uint32_t framebuffer, int left, int bottom, const Camera& camera,
-                         const BlendOptions& options) {
+                         const BlendOptions& options, const std::optional<HostDepth>& depth) {
+  if (depth) check_depth(*depth);
   const GlStateGuard guard;
   prepare(camera, options);
   State& state = *state_;
+  const HostTarget host{framebuffer, left, bottom, depth};
   state.draw_parts(camera, options, [&](const PicturePart& part) {
     state.draw_part(state.targets.colors, options, Output::srgb);
     state.copy_part(part);
-    state.present_part(part, framebuffer, left, bottom);
+    state.present_part(part, host);
   });
+}
+
+void Renderer::make_ready(const BlendOptions& options) {
+  check(options);
+  State& state = *state_;
+  if (!state.loaded) throw_not_loaded();
+  const GlStateGuard guard;
+  std::vector<ProgramKey> keys{
+      {.pass = Pass::surface}, {.pass = Pass::present}, {.pass = Pass::present, .host_depth = true}};
+  for (const std::uint32_t most_cells : kCellsOfShader) {
+    keys.push_back(state.blend_key(Pass::blend, most_cells, options, Output::srgb));
+    if (!(options.border_width > 0)) break;  // no cells fade into each other
+  }
+  if (options.supersample > 1) {
+    keys.push_back({.pass = Pass::silhouettes});
+    keys.push_back(state.blend_key(Pass::samples, kCellsOfShader.back(), options, Output::srgb));
+  }
+  if (options.soft_edges && state.most_edge_deviation > 0) {
+    for (const Pass pass : {Pass::edges, Pass::edge_rows, Pass::soft_edges}) keys.push_back({.pass = pass});
+  }
+  state.programs.make(keys);
+  state.load_zones(options.border_width);
 }
 
 std::uint32_t Renderer::picture_texture() const {

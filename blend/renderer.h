@@ -43,7 +43,21 @@ struct RendererWork {
   std::uint64_t color_bytes = 0;  // photographs, with their validity and their coarser levels, copied to the GPU
   std::uint64_t mask_bytes = 0;   // validity alone, and the coarser levels, which it weighs
   std::uint64_t depth_bytes = 0;  // depths
+  std::uint64_t programs = 0;     // compiled
   std::uint64_t targets = 0;      // bytes of what the last picture was drawn into, which are on the GPU now
+};
+
+// The numbers in a depth buffer of another program, between 0 and 1, for a depth z in the camera's frame:
+// at_infinity + per_reciprocal / z. That is what a projection of that program with the camera's pose gives.
+struct HostDepth {
+  double at_infinity;
+  double per_reciprocal;  // not 0; the nearer surface has the smaller number if it is below 0
+
+  // Returns what OpenGL's usual projection gives: 0 at `nearest`, 1 at `farthest`. Throws std::invalid_argument unless
+  // 0 < nearest < farthest.
+  [[nodiscard]] static HostDepth between(double nearest, double farthest);
+  // Returns 1 at `nearest` and 0 at infinity. Throws std::invalid_argument unless it is above 0.
+  [[nodiscard]] static HostDepth reversed(double nearest);
 };
 
 // Called after the commands of each pass were given to the driver, with the name of the pass: "surface", "blend",
@@ -80,14 +94,23 @@ class Renderer {
   void set_options(const RendererOptions& steps);
   void set_listener(PassListener listener);
 
+  // Makes what the first picture with these options would have to make: the mesh and its zones on the GPU, and all
+  // programs of draw() and draw_into(), at the same time where the driver compiles on several threads. Throws
+  // std::invalid_argument unless the options pass check(), and without load().
+  void make_ready(const BlendOptions& options);
+
   // Throws GlError for a picture above the driver's texture size or 2^29 pixels, std::invalid_argument unless camera
   // and options pass check(), and without load(). So do the functions below.
   [[nodiscard]] Rendering render(const Camera& camera, const BlendOptions& options);
   // Like render(), but leaves the picture on the GPU, in picture_texture(). The GPU may still be at work on it.
   void draw(const Camera& camera, const BlendOptions& options);
   // The same, and copies the picture into a framebuffer of the caller's (0: the window), where its lower left corner
-  // comes to the given pixel: sRGB values as they are, with alpha 1. Pixels that see no surface stay as they were.
-  void draw_into(std::uint32_t framebuffer, int left, int bottom, const Camera& camera, const BlendOptions& options);
+  // comes to the given pixel: sRGB values as they are, with alpha 1. Pixels that see no surface stay as they were. With
+  // `depth`, the framebuffer's depths are compared and written, so that the model hides what the caller has drawn
+  // behind it, and is hidden by what is nearer. Throws std::invalid_argument for numbers of `depth` that are not finite
+  // or a factor of 0.
+  void draw_into(std::uint32_t framebuffer, int left, int bottom, const Camera& camera, const BlendOptions& options,
+                 const std::optional<HostDepth>& depth = std::nullopt);
   // Returns the picture that was drawn last: the name of a GL_TEXTURE_2D of GL_RGBA8, sRGB values, its first row the
   // picture's last; alpha is PixelState / 255. It belongs to the renderer: the next picture is drawn into it, and one
   // of another size replaces it. 0 before the first.
