@@ -163,6 +163,7 @@ struct HostTarget {
 struct Renderer::State {
   RendererOptions steps;
   PassListener listener;
+  bool in_software = false;  // the driver draws so
   ShaderPrograms programs;
   GlVertexArray no_vertices, mesh;
   GlBuffer positions, colors, shares, zone_numbers, faces, picture_block;
@@ -446,7 +447,8 @@ ProgramKey Renderer::State::blend_key(Pass pass, std::uint32_t most_cells, const
           .cells = most_cells,
           .output = output,
           .cubic = sampled_cubic(options) > 0,
-          .views_in_block = views_in_block()};
+          .views_in_block = views_in_block(),
+          .filtered_taps = steps.filtered_taps.value_or(!in_software)};
 }
 
 // The middles of all pixels, by the surface that is drawn of them. The framebuffer has their stencil.
@@ -632,6 +634,7 @@ Renderer::Renderer(const RendererOptions& steps) : state_(std::make_unique<State
   check_steps(steps);
   const GlStateGuard guard;
   state_->steps = steps;
+  state_->in_software = draws_in_software();
   GLuint name = 0;
   glGenVertexArrays(1, &name);
   state_->no_vertices = GlVertexArray(name);
@@ -678,7 +681,7 @@ void Renderer::load(const Snapshot& snapshot) {
   }
   state.take_tables(snapshot);
   state.cubic_levels = cubic_levels(snapshot.tiles.options);
-  state.photographs.load(snapshot, state.steps.blocks.value_or(!draws_in_software()));
+  state.photographs.load(snapshot, state.steps.blocks.value_or(!state.in_software));
   state.store_views(view_table(snapshot, state.photographs));
   state.most_edge_deviation = kMostOfMedian * static_cast<double>(median_deviation(snapshot.cell_deviation));
   state.nearby_exposure.follow(snapshot);

@@ -22,8 +22,8 @@ namespace lumatlas {
 // unless the snapshot passes check().
 [[nodiscard]] std::uint64_t array_bytes(const Snapshot& snapshot);
 
-// Ways to draw faster. None changes a picture beyond rounding, except where two views weigh the same. bench_render
-// measures the first two.
+// Ways to draw faster. None changes a picture beyond rounding, except where two views weigh the same, and
+// `filtered_taps`. bench_render measures the first two.
 struct RendererOptions {
   bool skip_losers = true;  // look at no photograph whose weight is too low even if it is valid
   bool join_cells = true;   // neighbours that refer to the same views need not fade into each other
@@ -31,6 +31,10 @@ struct RendererOptions {
   // takes none, they take the bytes of TexelFormat::rgb8. None: unless software draws, which is three times as fast
   // then.
   std::optional<bool> blocks = std::nullopt;
+  // The texels that a colour is made of are fetched in pairs by the GPU's own filter: 9 fetches in place of 16, or 1 of
+  // 4. GPUs weigh the two of a pair in steps of 1/256, so that colours differ a little: see blend/cubic_kernel.h. None:
+  // unless software draws, for which pairs are slower.
+  std::optional<bool> filtered_taps = std::nullopt;
   // Longest side, pixels, of the parts that a picture is drawn in, [64, 4000]. What a part is drawn into takes 40
   // bytes a pixel, and 24 more for each sample of a pixel; the picture as a whole takes 4. Smaller parts take less
   // memory and more commands.
@@ -119,8 +123,9 @@ class Renderer {
   [[nodiscard]] LinearRendering render_linear(const Camera& camera, const BlendOptions& options);
   // Returns the views and weights of the picture that render() returns.
   [[nodiscard]] Diagnosis diagnose(const Camera& camera, const BlendOptions& options);
-  // Returns how many texels the shader fetches at the middle of each pixel, row by row; 0 where no surface is seen. The
-  // driver and its GPU have no part in the number. A texel that the GPU filters is one.
+  // Returns how many texels the shader fetches at the middle of each pixel, row by row; 0 where no surface is seen.
+  // With RendererOptions::filtered_taps set, the driver and its GPU have no part in the number. Texels that the GPU
+  // filters are one.
   [[nodiscard]] std::vector<std::uint32_t> count_fetches(const Camera& camera, const BlendOptions& options);
 
  private:

@@ -44,6 +44,7 @@ std::string definitions(const ProgramKey& key) {
   if (has_clip_control()) text += "#define CLIP_CONTROL\n";
   if (key.views_in_block) text += "#define VIEWS_IN_BLOCK\n";
   if (key.host_depth) text += "#define HOST_DEPTH\n";
+  if (key.filtered_taps) text += "#define FILTERED_TAPS\n";
   if (!key.cubic) text += "#define LINEAR_SAMPLING\n";
   return text;
 }

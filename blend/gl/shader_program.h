@@ -40,6 +40,7 @@ struct ProgramKey {
   Output output = Output::srgb;
   bool cubic = false;           // some level of the photographs is sampled so
   bool views_in_block = false;  // the views are in a uniform block in place of a texture
+  bool filtered_taps = false;   // texels of photographs are fetched in pairs
   bool host_depth = false;      // the depths of the caller's framebuffer are written
 
   // clang-tidy 14 takes the 0 in a defaulted comparison for a pointer.

@@ -59,6 +59,10 @@ TEST_CASE("the picture's shaders are GLSL ES 3.00, and OpenGL ES compiles each w
       keys.push_back({.pass = Pass::blend, .views = views, .cells = 4, .output = output});
       keys.push_back({.pass = Pass::samples, .views = views, .cells = 4, .output = output});
       keys.push_back({.pass = Pass::blend, .views = views, .cells = 4, .output = output, .views_in_block = true});
+      for (const bool cubic : {false, true}) {
+        keys.push_back(
+            {.pass = Pass::blend, .views = views, .cells = 4, .output = output, .cubic = cubic, .filtered_taps = true});
+      }
     }
   }
   for (const ProgramKey& key : keys) {

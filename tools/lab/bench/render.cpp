@@ -22,6 +22,7 @@
 #include <iostream>
 #include <memory>
 #include <numeric>
+#include <sstream>
 #include <string>
 #include <utility>
 #include <vector>
@@ -305,9 +306,10 @@ void run_loads(const Flags& flags, const std::string& context) {
   for (const std::filesystem::path& model : flags.models) measure_loads(model, flags);
 }
 
-// Returns the counts of the pixels that see a surface.
-std::vector<double> fetches_of(Renderer& renderer, const Camera& camera) {
+// Returns the counts of the pixels that see a surface, in pairs of texels as on a GPU or texel by texel.
+std::vector<double> fetches_of(Renderer& renderer, const Camera& camera, bool in_pairs) {
   std::vector<double> counts;
+  renderer.set_options({.filtered_taps = in_pairs});
   for (const std::uint32_t count : renderer.count_fetches(camera, {})) {
     if (count > 0) counts.push_back(count);
   }
@@ -320,30 +322,39 @@ void measure_fetches(const std::filesystem::path& path, const Flags& flags) {
   const std::string name = std::filesystem::weakly_canonical(path).filename().string();
   Renderer renderer;
   renderer.load(model);
-  std::vector<double> all;
+  std::vector<double> all, all_pairs;
+  const auto counts_text = [](const std::vector<double>& counts, const std::vector<double>& pairs) {
+    std::ostringstream text;
+    text << std::fixed << std::setprecision(0) << percentile(pairs, 0.5) << " | " << percentile(pairs, 0.95) << " | "
+         << percentile(counts, 0.5) << " | " << percentile(counts, 0.95);
+    return text.str();
+  };
   for (std::size_t picture = 0; picture < cameras.size(); ++picture) {
-    const std::vector<double> counts = fetches_of(renderer, cameras[picture]);
+    const std::vector<double> pairs = fetches_of(renderer, cameras[picture], true);
+    const std::vector<double> counts = fetches_of(renderer, cameras[picture], false);
+    all_pairs.insert(all_pairs.end(), pairs.begin(), pairs.end());
     all.insert(all.end(), counts.begin(), counts.end());
+    renderer.set_options({});
     std::vector<PictureTime> times;
     times.reserve(flags.repeats);
     for (std::uint32_t repeat = 0; repeat < flags.repeats; ++repeat) {
       times.push_back(time_picture(renderer, cameras[picture], {}));
     }
     if (counts.empty()) continue;
-    std::cout << "| " << name << " | " << picture << " | " << std::fixed << std::setprecision(0)
-              << percentile(counts, 0.5) << " | " << percentile(counts, 0.95) << " | "
-              << median(times, &PictureTime::wall) << " / " << median(times, &PictureTime::processor) << " |"
-              << std::endl;
+    std::cout << "| " << name << " | " << picture << " | " << counts_text(counts, pairs) << " | " << std::fixed
+              << std::setprecision(0) << median(times, &PictureTime::wall) << " / "
+              << median(times, &PictureTime::processor) << " |" << std::endl;
   }
   if (all.empty()) return;
-  std::cout << "| " << name << " | all | " << percentile(all, 0.5) << " | " << percentile(all, 0.95) << " | |"
-            << std::endl;
+  std::cout << "| " << name << " | all | " << counts_text(all, all_pairs) << " | |" << std::endl;
 }
 
 void run_fetches(const Flags& flags, const std::string& context) {
-  std::cout << "Texels that are fetched at a pixel's middle, and milliseconds a picture of " << flags.width << "x"
-            << flags.height << ", medians over " << flags.repeats << ", on " << context
-            << ".\n\n| model | picture | fetches, median | 95 % | wall / processor, ms |\n|---|---|---|---|---|\n";
+  std::cout << "Fetches at a pixel's middle, with pairs of texels as one, as on a GPU, and texel by texel; and "
+               "milliseconds a picture of "
+            << flags.width << "x" << flags.height << ", medians over " << flags.repeats << ", on " << context
+            << ".\n\n| model | picture | pairs, median | 95 % | texels, median | 95 % | wall / processor, ms "
+               "|\n|---|---|---|---|---|---|---|\n";
   for (const std::filesystem::path& model : flags.models) measure_fetches(model, flags);
 }
 
