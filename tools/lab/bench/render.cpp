@@ -31,6 +31,7 @@
 #include "blend/gl/egl_context.h"
 #include "blend/renderer.h"
 #include "mesh/base/median.h"
+#include "mesh/base/number_text.h"
 #include "tools/base/elapsed.h"
 #include "tools/cli/flags/option_rules.h"
 #include "tools/lab/bench/program.h"
@@ -53,6 +54,7 @@ struct Flags {
   bool load = false;
   bool fetches = false;
   bool passes = false;
+  std::uint32_t part_px = RendererOptions{}.part_px;
 };
 
 // Returns for each cell the stored views that see it, those with the most pixels on it first.
@@ -381,17 +383,20 @@ void measure_passes(const std::filesystem::path& path, const Flags& flags) {
   if (cameras.empty()) throw std::invalid_argument(path.string() + ": stores no view, there is nothing to render");
   const auto views = views_of_cells(model);
   const std::string name = std::filesystem::weakly_canonical(path).filename().string();
-  Renderer renderer;
+  Renderer renderer({.part_px = flags.part_px});
   for (const std::uint32_t references : flags.references) {
     model.references = at_most(views, references);
     renderer.load(model);
     print_passes("| " + name + " | " + std::to_string(references), pass_times(renderer, cameras, {}));
   }
+  std::cout << "\n"
+            << name << ": pictures are drawn into "
+            << number_text(1e-6 * static_cast<double>(renderer.work().targets), 1) << " MB.\n";
 }
 
 void run_passes(const Flags& flags, const std::string& context) {
   std::cout << "Milliseconds of each pass of a picture of " << flags.width << "x" << flags.height << ", medians over "
-            << flags.pictures << ", on " << context
+            << flags.pictures << ", in parts of at most " << flags.part_px << " pixels a side, on " << context
             << ". Wall and processor: where each pass is finished before the next one begins. GPU: by its own clock, "
                "without waiting.\n\n| model | references at most | pass | wall / processor, ms | GPU, ms "
                "|\n|---|---|---|---|---|\n";
@@ -441,6 +446,8 @@ int main(int argc, char** argv) {
   program.add_flag("--fetches", flags.fetches,
                    "Count the texels that the shader fetches at each pixel, and time pictures, of the model as it is");
   program.add_flag("--passes", flags.passes, "Time each pass of a picture, with as many --references");
+  program.add_option("--part", flags.part_px, "Longest side of the parts of a picture, pixels, with --passes")
+      ->check(CLI::Range(64u, 4000u));
   program.add_option("--border-width", flags.border_width, "Of cells that fade into each other, of the cell size")
       ->check(lumatlas::number_between(0, 1));
   return lumatlas::run_program(program, "bench_render", argc, argv, [&] { lumatlas::run(flags); });
