@@ -11,6 +11,10 @@
 // which are the kernels on the line 2 C + B = 1 of D. Mitchell and A. Netravali, "Reconstruction filters in computer
 // graphics", 1988. Catmull-Rom's second moment is 0 and the B-spline's is 1/3, so that of k is what a mean over w
 // pixels has more than a pixel: (w^2 - 1) / 12. Up to w = 2.2; beyond, coarser levels are sampled.
+//
+// The two middle weights have one sign for each k, so that the GPU's own filter can fetch their pixels as one, between
+// them: 9 fetches in place of 16 (RendererOptions::filtered_taps). GPUs weigh the two in steps of 1/256. Along each
+// axis, that is off by at most kFilterStep of the difference of both, in linear light.
 #pragma once
 
 #include <algorithm>
@@ -35,6 +39,9 @@ namespace lumatlas {
   for (std::size_t i = 0; i < 4; ++i) shares[i] = (1 - b) * sharp[i] + b * smoothing[i];
   return shares;
 }
+
+// (w1 + w2) / 512 is largest for Catmull and Rom's curve, half way between two pixels: 1.125 / 512.
+inline constexpr double kFilterStep = 0.0022;
 
 // Returns how many levels, finest first, are sampled cubically: those that have the two pixels beyond a tile that the
 // kernel reaches. The coarsest level of a gutter has only one.

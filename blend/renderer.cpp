@@ -26,12 +26,15 @@
 #include "blend/gl/photograph_array.h"
 #include "blend/gl/picture_targets.h"
 #include "blend/gl/shader_program.h"
+#include "blend/picture_parts.h"
 #include "blend/soft_edges.h"
 #include "blend/supersampling.h"
+#include "blend/tables/drawn_runs.h"
 #include "blend/tables/fade_zone_shares.h"
 #include "blend/tables/ranked_references.h"
 #include "blend/tables/view_table.h"
 #include "blend/tables/zone_mesh.h"
+#include "mesh/base/number_text.h"
 
 namespace lumatlas {
 
@@ -52,6 +55,9 @@ constexpr double kNearShare = 1e-8;
 // In the stencil: 1 + which of kCellsOfShader is for the face, and which pixels are means of samples.
 constexpr GLint kSampled = 4;
 static_assert(kCellsOfShader.size() < kSampled);
+
+// Limits of RendererOptions::part_px. With the most samples a part's texture is then within 16384 pixels a side.
+constexpr std::uint32_t kLeastPart = 64, kMostPart = 4000;
 
 constexpr const char* kViewsName = "numbers of its views";
 
@@ -82,6 +88,42 @@ PixelDiagnosis unpacked(const std::uint32_t* packed) {
   return {packed[0], ViewSlot{packed[1]}, {share(packed[2]), share(packed[2] >> 16), share(packed[3])}};
 }
 
+// Returns where the copied pixels of a part are in the framebuffer that it was drawn into, and in the whole picture.
+ReadPlace place_of(const PicturePart& part, std::uint32_t whole_width) {
+  const auto& [drawn, copied] = part;
+  return {copied.left - drawn.left,
+          drawn.top + drawn.height - copied.top - copied.height,
+          copied.width,
+          copied.height,
+          copied.left,
+          copied.top,
+          whole_width};
+}
+
+// Copies four values of each pixel of a drawn part into a whole image.
+template <typename T>
+void read_part(const GlFramebuffer& framebuffer, GLenum attachment, GLenum format, GLenum type, const PicturePart& part,
+               std::uint32_t whole_width, std::vector<T>& image) {
+  read_values(framebuffer, attachment, format, type, place_of(part, whole_width), 4 * sizeof(T),
+              reinterpret_cast<std::byte*>(image.data()));
+}
+
+void check_steps(const RendererOptions& steps) {
+  if (steps.part_px >= kLeastPart && steps.part_px <= kMostPart) return;
+  throw std::invalid_argument("renderer: part_px is " + std::to_string(steps.part_px) + ", must be in [" +
+                              std::to_string(kLeastPart) + ", " + std::to_string(kMostPart) + "]");
+}
+
+[[noreturn]] void throw_not_loaded() {
+  throw std::invalid_argument("renderer: no snapshot is loaded, load() must come first");
+}
+
+void check_depth(const HostDepth& depth) {
+  if (std::isfinite(depth.at_infinity) && std::isfinite(depth.per_reciprocal) && depth.per_reciprocal != 0) return;
+  throw std::invalid_argument("renderer: the host's depth is " + number_text(depth.at_infinity) + " + " +
+                              number_text(depth.per_reciprocal) + " / z, must be finite and depend on z");
+}
+
 void bind_texture(TextureUnit unit, GLenum target, const GlTexture& texture) {
   glActiveTexture(GL_TEXTURE0 + static_cast<GLenum>(unit));
   glBindTexture(target, texture.get());
@@ -90,13 +132,38 @@ void bind_texture(TextureUnit unit, GLenum target, const GlTexture& texture) {
 
 }  // namespace
 
+HostDepth HostDepth::between(double nearest, double farthest) {
+  if (!(nearest > 0 && nearest < farthest && std::isfinite(farthest))) {
+    throw std::invalid_argument("host depth: it is between " + number_text(nearest) + " and " + number_text(farthest) +
+                                ", must be finite, above 0 and ascending");
+  }
+  const double at_infinity = farthest / (farthest - nearest);
+  return {at_infinity, -at_infinity * nearest};
+}
+
+HostDepth HostDepth::reversed(double nearest) {
+  if (!(nearest > 0 && std::isfinite(nearest))) {
+    throw std::invalid_argument("host depth: the nearest is " + number_text(nearest) + ", must be finite and above 0");
+  }
+  return {0, nearest};
+}
+
 std::uint64_t array_bytes(const Snapshot& snapshot) {
   check(snapshot);
   return array_shape(snapshot).bytes();
 }
 
+// A framebuffer of another program, and where the picture's lower left corner comes to in it.
+struct HostTarget {
+  GLuint framebuffer;
+  int left, bottom;
+  std::optional<HostDepth> depth;
+};
+
 struct Renderer::State {
   RendererOptions steps;
+  PassListener listener;
+  bool in_software = false;  // the driver draws so
   ShaderPrograms programs;
   GlVertexArray no_vertices, mesh;
   GlBuffer positions, colors, shares, zone_numbers, faces, picture_block;
@@ -105,7 +172,8 @@ struct Renderer::State {
   GlTable views{kVectors, kViewsName};
   GlBuffer views_block;  // the same, of kBlockTexels, where they fit
   PhotographArray photographs;
-  std::array<GLsizei, kCellsOfShader.size()> index_counts{};  // faces for each shader, one after the other
+  DrawnRuns runs;
+  DrawnRuns::OfShaders seen_runs;  // by the camera of the part that is drawn
   double near_depth = 0;
   double before_far = 0;           // depth_before_far() of the surface, as large as a float can be without a far sphere
   double most_edge_deviation = 0;  // scene units, see soft_edges.h; 0: no edge is soft
@@ -131,8 +199,11 @@ struct Renderer::State {
   std::optional<double> border_width;  // that mesh and zones are loaded for
   bool loaded = false;
   std::uint64_t meshes = 0;  // that were loaded
-  PictureTargets targets;
+  PartTargets targets;
+  WholeTarget whole;
 
+  // Tells the listener, if there is one, of a pass.
+  void tell(const char* pass) const;
   void take_tables(const Snapshot& snapshot);
   void load_references();
   void rank(const Camera& camera, const BlendOptions& options);
@@ -141,22 +212,34 @@ struct Renderer::State {
   void renew_colors();
   void load_zones(double width);
   void load_mesh(const ZoneMesh& copy);
-  void describe(const Camera& camera, const BlendOptions& options) const;
+  void describe(const Camera& camera, const glm::dvec3& exposure, const BlendOptions& options) const;
   void store_views(std::vector<glm::vec4> table);
   [[nodiscard]] bool views_in_block() const { return views_block.get() != 0; }
   void bind_tables() const;
   void draw_surface(const SurfaceTargets& target, std::uint32_t across);
   void draw_faces(bool marks);
   void draw_screen(GLuint program, const GlTexture& surfaces) const;
-  void draw_blend(const GlFramebuffer& target, const BlendOptions& options, Output output);
-  void mark_sampled(const GlFramebuffer& target);
-  void draw_samples(const GlFramebuffer& target, const BlendOptions& options, Output output);
-  void soften_edges(const GlFramebuffer& target, const GlTexture& sharp, const GlFramebuffer& sharp_pass,
-                    Output output);
-  void draw_picture(const BlendOptions& options);
-  [[nodiscard]] std::vector<float> draw_floats(const BlendOptions& options, Output output);
+  void draw_blend(const ColorTargets& target, const BlendOptions& options, Output output);
+  void mark_sampled(const ColorTargets& target);
+  void draw_samples(const ColorTargets& target, const BlendOptions& options, Output output);
+  void soften_edges(ColorTargets& target, Output output);
+  void draw_part(ColorTargets& target, const BlendOptions& options, Output output);
+  void copy_part(const PicturePart& part) const;
+  void present_part(const PicturePart& part, const HostTarget& host);
+  [[nodiscard]] ProgramKey blend_key(Pass pass, std::uint32_t most_cells, const BlendOptions& options,
+                                     Output output) const;
+  [[nodiscard]] std::vector<PicturePart> parts() const { return parts_of(whole.width, whole.height, steps.part_px); }
+  // Draws the surface of each part of the picture, and calls `draw_rest` for what else there is to draw of it.
+  template <typename DrawRest>
+  void draw_parts(const Camera& camera, const BlendOptions& options, const DrawRest& draw_rest);
+  void draw_picture(const Camera& camera, const BlendOptions& options);
+  [[nodiscard]] std::vector<float> draw_floats(const Camera& camera, const BlendOptions& options, Output output);
   [[nodiscard]] Rendering read_back() const;
 };
+
+void Renderer::State::tell(const char* pass) const {
+  if (listener) listener(pass);
+}
 
 // Those of a snapshot, and what of the mesh on the GPU depends on them. The mesh itself stays where that is of the same
 // surface.
@@ -205,6 +288,7 @@ void Renderer::State::load_references() {
 void Renderer::State::rank(const Camera& camera, const BlendOptions& options) {
   if (steps.skip_losers) rank_references(lists, balls, camera, stored_centers, options, ranked);
   reference_lists.store(std::as_bytes(std::span<const RankedReference>(ranked)));
+  tell("ranking");
 }
 
 // Mesh and zones for a width as in BlendOptions.
@@ -234,9 +318,7 @@ void Renderer::State::load_mesh(const ZoneMesh& copy) {
   shares = make_buffer(copy.shares);
   zone_numbers = make_buffer(copy.zones);
   faces = make_buffer(copy.faces);
-  for (std::size_t i = 0; i < index_counts.size(); ++i) {
-    index_counts.at(i) = static_cast<GLsizei>(3 * copy.face_counts.at(i));
-  }
+  runs = DrawnRuns(copy);
   GLuint name = 0;
   glGenVertexArrays(1, &name);
   mesh = GlVertexArray(name);
@@ -259,15 +341,15 @@ std::uint32_t Renderer::State::sampled_cubic(const BlendOptions& options) const 
   return options.sampling == BlendOptions::Sampling::cubic ? cubic_levels : 0;
 }
 
-// For all passes of a picture.
-void Renderer::State::describe(const Camera& camera, const BlendOptions& options) const {
+// For all passes of a part of a picture, which is shown in that exposure.
+void Renderer::State::describe(const Camera& camera, const glm::dvec3& exposure, const BlendOptions& options) const {
   PictureBlock block{};
   const std::array<glm::vec4, 3> rows = rows_of_pose(camera);
   std::copy(rows.begin(), rows.end(), block.cam_from_world);
   block.intrinsics = glm::dvec4(camera.fx, camera.fy, camera.cx, camera.cy);
   block.clip_from_cam = clip_from_cam(camera);
   block.center = glm::dvec4(camera.center(), camera.height);
-  block.exposure = glm::dvec4(picture_exposure(nearby_exposure, camera, options), near_depth);
+  block.exposure = glm::dvec4(exposure, near_depth);
   block.weights = glm::dvec4(options.lambda, 1 + options.occlusion_tolerance, options.frame_fade, before_far);
   block.departures = {options.position == BlendOptions::Position::printed, options.rims, options.fade_last,
                       options.consistent};
@@ -330,19 +412,20 @@ void Renderer::State::draw_surface(const SurfaceTargets& target, std::uint32_t a
   glDisable(GL_STENCIL_TEST);
   glDisable(GL_DEPTH_TEST);
   check_gl("drawing the surface");
+  tell(of_middles ? "surface" : "surface of samples");
 }
 
-// Draws all faces. With `marks`, they write to the stencil which shader they are for.
+// Draws the faces that the part's camera may see. With `marks`, they write to the stencil which shader they are for.
 void Renderer::State::draw_faces(bool marks) {
   glUseProgram(programs.get({.pass = Pass::surface}));
   glBindVertexArray(mesh.get());
-  std::size_t first = 0;
-  for (std::size_t i = 0; i < index_counts.size(); ++i) {
+  for (std::size_t i = 0; i < seen_runs.size(); ++i) {
     if (marks) glStencilFunc(GL_ALWAYS, static_cast<GLint>(i) + 1, 0xFF);
-    // OpenGL takes an offset in the buffer as a pointer. NOLINTNEXTLINE(performance-no-int-to-ptr)
-    const auto* const offset = reinterpret_cast<const void*>(sizeof(GLuint) * first);
-    glDrawElements(GL_TRIANGLES, index_counts.at(i), GL_UNSIGNED_INT, offset);
-    first += static_cast<std::size_t>(index_counts.at(i));
+    for (const FaceRun& run : seen_runs.at(i)) {
+      // OpenGL takes an offset in the buffer as a pointer. NOLINTNEXTLINE(performance-no-int-to-ptr)
+      const auto* const offset = reinterpret_cast<const void*>(sizeof(glm::uvec3) * run.first);
+      glDrawElements(GL_TRIANGLES, static_cast<GLsizei>(3 * run.count), GL_UNSIGNED_INT, offset);
+    }
   }
   glBindVertexArray(0);
 }
@@ -357,37 +440,43 @@ void Renderer::State::draw_screen(GLuint program, const GlTexture& surfaces) con
   glUseProgram(0);  // a program in use outlives its deletion, with its shaders
 }
 
+ProgramKey Renderer::State::blend_key(Pass pass, std::uint32_t most_cells, const BlendOptions& options,
+                                      Output output) const {
+  return {.pass = pass,
+          .views = options.views,
+          .cells = most_cells,
+          .output = output,
+          .cubic = sampled_cubic(options) > 0,
+          .views_in_block = views_in_block(),
+          .filtered_taps = steps.filtered_taps.value_or(!in_software)};
+}
+
 // The middles of all pixels, by the surface that is drawn of them. The framebuffer has their stencil.
-void Renderer::State::draw_blend(const GlFramebuffer& target, const BlendOptions& options, Output output) {
+void Renderer::State::draw_blend(const ColorTargets& target, const BlendOptions& options, Output output) {
   constexpr std::array<GLfloat, 4> kEmpty{};
-  glBindFramebuffer(GL_FRAMEBUFFER, target.get());
+  glBindFramebuffer(GL_FRAMEBUFFER, target.pass.get());
   glViewport(0, 0, static_cast<GLsizei>(targets.width), static_cast<GLsizei>(targets.height));
   glClearBufferfv(GL_COLOR, 0, kEmpty.data());
   glEnable(GL_STENCIL_TEST);
   glStencilMask(0);  // then it is tested before a pixel is shaded
   for (std::size_t i = 0; i < kCellsOfShader.size(); ++i) {
-    if (index_counts.at(i) == 0) continue;
+    if (seen_runs.at(i).empty()) continue;
     glStencilFunc(GL_EQUAL, static_cast<GLint>(i) + 1, 0xFF);
-    draw_screen(programs.get({.pass = Pass::blend,
-                              .views = options.views,
-                              .cells = kCellsOfShader.at(i),
-                              .output = output,
-                              .cubic = sampled_cubic(options) > 0,
-                              .views_in_block = views_in_block()}),
-                targets.middles.surface);
+    draw_screen(programs.get(blend_key(Pass::blend, kCellsOfShader.at(i), options, output)), targets.middles.surface);
   }
   glStencilMask(0xFF);
   glDisable(GL_STENCIL_TEST);
   check_gl("blending views");
+  tell("blend");
 }
 
 // Marks in the stencil which pixels are means of samples, as the middles' surface tells, and copies the marks to the
 // stencil of the samples' own surface.
-void Renderer::State::mark_sampled(const GlFramebuffer& target) {
+void Renderer::State::mark_sampled(const ColorTargets& target) {
   const auto width = static_cast<GLint>(targets.width);
   const auto height = static_cast<GLint>(targets.height);
   const auto across = static_cast<GLint>(targets.samples_across);
-  glBindFramebuffer(GL_FRAMEBUFFER, target.get());
+  glBindFramebuffer(GL_FRAMEBUFFER, target.pass.get());
   glViewport(0, 0, width, height);
   glEnable(GL_STENCIL_TEST);
   glStencilFunc(GL_ALWAYS, kSampled, 0xFF);
@@ -399,38 +488,32 @@ void Renderer::State::mark_sampled(const GlFramebuffer& target) {
   glBindFramebuffer(GL_DRAW_FRAMEBUFFER, targets.samples.pass.get());
   glBlitFramebuffer(0, 0, width, height, 0, 0, across * width, across * height, GL_STENCIL_BUFFER_BIT, GL_NEAREST);
   check_gl("marking silhouettes");
+  tell("silhouettes");
 }
 
 // Means over samples in place of the middles' colours, whose states stay, where the middles' surface says so.
-void Renderer::State::draw_samples(const GlFramebuffer& target, const BlendOptions& options, Output output) {
+void Renderer::State::draw_samples(const ColorTargets& target, const BlendOptions& options, Output output) {
   add_samples(targets, options.supersample);
   mark_sampled(target);
   draw_surface(targets.samples, options.supersample);
-  glBindFramebuffer(GL_FRAMEBUFFER, target.get());
+  glBindFramebuffer(GL_FRAMEBUFFER, target.pass.get());
   glViewport(0, 0, static_cast<GLsizei>(targets.width), static_cast<GLsizei>(targets.height));
   glEnable(GL_STENCIL_TEST);
   glStencilFunc(GL_EQUAL, kSampled, 0xFF);
   glStencilMask(0);
   glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_FALSE);
-  draw_screen(programs.get({.pass = Pass::samples,
-                            .views = options.views,
-                            .cells = 4,
-                            .output = output,
-                            .cubic = sampled_cubic(options) > 0,
-                            .views_in_block = views_in_block()}),
-              targets.samples.surface);
+  draw_screen(programs.get(blend_key(Pass::samples, kCellsOfShader.back(), options, output)), targets.samples.surface);
   glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
   glStencilMask(0xFF);
   glDisable(GL_STENCIL_TEST);
   check_gl("drawing means over samples");
+  tell("samples");
 }
 
-// Blurs the picture in a framebuffer across depth edges, as the middles' surface tells. `sharp`: a texture of the same
-// format as the framebuffer's, and a framebuffer of it, which get the picture before.
-void Renderer::State::soften_edges(const GlFramebuffer& target, const GlTexture& sharp, const GlFramebuffer& sharp_pass,
-                                   Output output) {
+// Blurs the part's picture across depth edges, as the middles' surface tells.
+void Renderer::State::soften_edges(ColorTargets& target, Output output) {
   if (!(most_edge_deviation > 0)) return;
-  add_soft_edges(targets);
+  add_soft_edges(targets, target, output == Output::linear ? GL_RGBA32F : GL_RGBA8);
   const auto width = static_cast<GLsizei>(targets.width);
   const auto height = static_cast<GLsizei>(targets.height);
   constexpr std::array<GLuint, 4> kNoEdge{};
@@ -444,37 +527,100 @@ void Renderer::State::soften_edges(const GlFramebuffer& target, const GlTexture&
   glBindFramebuffer(GL_FRAMEBUFFER, targets.edge_rows_pass.get());
   glClearBufferuiv(GL_COLOR, 0, kNoEdge.data());
   draw_screen(programs.get({.pass = Pass::edge_rows}), targets.edges);
-  glBindFramebuffer(GL_READ_FRAMEBUFFER, target.get());
-  glBindFramebuffer(GL_DRAW_FRAMEBUFFER, sharp_pass.get());
+  glBindFramebuffer(GL_READ_FRAMEBUFFER, target.pass.get());
+  glBindFramebuffer(GL_DRAW_FRAMEBUFFER, target.sharp_pass.get());
   glBlitFramebuffer(0, 0, width, height, 0, 0, width, height, GL_COLOR_BUFFER_BIT, GL_NEAREST);
-  glBindFramebuffer(GL_FRAMEBUFFER, target.get());
-  bind_texture(TextureUnit::photographs, GL_TEXTURE_2D, sharp);
+  glBindFramebuffer(GL_FRAMEBUFFER, target.pass.get());
+  bind_texture(TextureUnit::photographs, GL_TEXTURE_2D, target.sharp);
   glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_FALSE);
   draw_screen(programs.get({.pass = Pass::soft_edges, .output = output}), targets.edge_rows);
   glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);
   check_gl("softening edges");
+  tell("soft edges");
+}
+
+// All of a part but its surface.
+void Renderer::State::draw_part(ColorTargets& target, const BlendOptions& options, Output output) {
+  draw_blend(target, options, output);
+  if (options.supersample > 1) draw_samples(target, options, output);
+  if (options.soft_edges && output != Output::fetches) soften_edges(target, output);
+}
+
+// Copies a drawn part into the whole picture.
+void Renderer::State::copy_part(const PicturePart& part) const {
+  const ReadPlace from = place_of(part, whole.width);
+  const auto x = static_cast<GLint>(from.x), y = static_cast<GLint>(from.y);
+  const auto width = static_cast<GLint>(from.width), height = static_cast<GLint>(from.height);
+  const auto left = static_cast<GLint>(from.left);
+  const auto bottom = static_cast<GLint>(whole.height - from.top - from.height);
+  glBindFramebuffer(GL_READ_FRAMEBUFFER, targets.colors.pass.get());
+  glReadBuffer(GL_COLOR_ATTACHMENT0);
+  glBindFramebuffer(GL_DRAW_FRAMEBUFFER, whole.pass.get());
+  glBlitFramebuffer(x, y, x + width, y + height, left, bottom, left + width, bottom + height, GL_COLOR_BUFFER_BIT,
+                    GL_NEAREST);
+  check_gl("copying a part of the picture");
+}
+
+// Copies a drawn part into the framebuffer of another program.
+void Renderer::State::present_part(const PicturePart& part, const HostTarget& host) {
+  const ReadPlace from = place_of(part, whole.width);
+  const int left = host.left + static_cast<int>(from.left);
+  const int bottom = host.bottom + static_cast<int>(whole.height - from.top - from.height);
+  const GLuint program = programs.get({.pass = Pass::present, .host_depth = host.depth.has_value()});
+  glUseProgram(program);
+  glUniform2i(glGetUniformLocation(program, "corner"), left - static_cast<int>(from.x),
+              bottom - static_cast<int>(from.y));
+  glBindFramebuffer(GL_FRAMEBUFFER, host.framebuffer);
+  glViewport(left, bottom, static_cast<GLsizei>(from.width), static_cast<GLsizei>(from.height));
+  if (host.depth) {
+    glUniform2f(glGetUniformLocation(program, "host_depth"), static_cast<GLfloat>(host.depth->at_infinity),
+                static_cast<GLfloat>(host.depth->per_reciprocal));
+    glEnable(GL_DEPTH_TEST);
+    glDepthFunc(host.depth->per_reciprocal < 0 ? GL_LEQUAL : GL_GEQUAL);
+  }
+  bind_texture(TextureUnit::photographs, GL_TEXTURE_2D, targets.colors.picture);
+  draw_screen(program, targets.middles.surface);
+  glDisable(GL_DEPTH_TEST);
+  check_gl("drawing into the caller's framebuffer");
+}
+
+template <typename DrawRest>
+void Renderer::State::draw_parts(const Camera& camera, const BlendOptions& options, const DrawRest& draw_rest) {
+  const glm::dvec3 exposure = picture_exposure(nearby_exposure, camera, options);
+  for (const PicturePart& part : parts()) {
+    const Camera of_part = camera_of_part(camera, part.drawn);
+    describe(of_part, exposure, options);
+    seen_runs = runs.in_view(of_part);
+    draw_surface(targets.middles, 1);
+    draw_rest(part);
+  }
+}
+
+void Renderer::State::draw_picture(const Camera& camera, const BlendOptions& options) {
+  draw_parts(camera, options, [&](const PicturePart& part) {
+    draw_part(targets.colors, options, Output::srgb);
+    copy_part(part);
+  });
 }
 
 // Returns the four channels of each pixel as floats.
-std::vector<float> Renderer::State::draw_floats(const BlendOptions& options, Output output) {
-  const GlTexture floats =
-      make_texture_2d(GL_RGBA32F, static_cast<GLsizei>(targets.width), static_cast<GLsizei>(targets.height));
-  const GlFramebuffer pass = make_framebuffer({&floats}, &targets.middles.z_buffer, true);
-  draw_blend(pass, options, output);
-  if (options.supersample > 1) draw_samples(pass, options, output);
-  if (options.soft_edges && output == Output::linear) {
-    const GlTexture sharp =
-        make_texture_2d(GL_RGBA32F, static_cast<GLsizei>(targets.width), static_cast<GLsizei>(targets.height));
-    soften_edges(pass, sharp, make_framebuffer({&sharp}, nullptr), output);
-  }
-  return values_of<float>(pass, GL_COLOR_ATTACHMENT0, GL_RGBA, GL_FLOAT, targets, 4);
+std::vector<float> Renderer::State::draw_floats(const Camera& camera, const BlendOptions& options, Output output) {
+  ColorTargets target = make_float_colors(targets);
+  std::vector<float> rgba(std::size_t{4} * whole.width * whole.height);
+  draw_parts(camera, options, [&](const PicturePart& part) {
+    draw_part(target, options, output);
+    read_part(target.pass, GL_COLOR_ATTACHMENT0, GL_RGBA, GL_FLOAT, part, whole.width, rgba);
+  });
+  return rgba;
 }
 
 Rendering Renderer::State::read_back() const {
-  const auto rgba = values_of<std::uint8_t>(targets.pass, GL_COLOR_ATTACHMENT0, GL_RGBA, GL_UNSIGNED_BYTE, targets, 4);
+  std::vector<std::uint8_t> rgba(std::size_t{4} * whole.width * whole.height);
+  read_values(whole.pass, GL_COLOR_ATTACHMENT0, GL_RGBA, GL_UNSIGNED_BYTE,
+              {0, 0, whole.width, whole.height, 0, 0, whole.width}, 4, reinterpret_cast<std::byte*>(rgba.data()));
   Rendering rendering;
-  rendering.picture.width = targets.width;
-  rendering.picture.height = targets.height;
+  rendering.picture.width = whole.width;
+  rendering.picture.height = whole.height;
   rendering.picture.rgb.resize(rgba.size() / 4 * 3);
   rendering.state.resize(rgba.size() / 4);
   for (std::size_t pixel = 0; pixel < rendering.state.size(); ++pixel) {
@@ -485,8 +631,10 @@ Rendering Renderer::State::read_back() const {
 }
 
 Renderer::Renderer(const RendererOptions& steps) : state_(std::make_unique<State>()) {
+  check_steps(steps);
   const GlStateGuard guard;
   state_->steps = steps;
+  state_->in_software = draws_in_software();
   GLuint name = 0;
   glGenVertexArrays(1, &name);
   state_->no_vertices = GlVertexArray(name);
@@ -499,12 +647,20 @@ Renderer& Renderer::operator=(Renderer&&) noexcept = default;
 
 RendererWork Renderer::work() const {
   const PhotographArray& photographs = state_->photographs;
-  return {state_->meshes, photographs.color_bytes(), photographs.mask_bytes(), photographs.depth_bytes()};
+  const WholeTarget& whole = state_->whole;
+  return {state_->meshes,           photographs.color_bytes(),
+          photographs.mask_bytes(), photographs.depth_bytes(),
+          state_->programs.count(), state_->targets.bytes + kColorBytes * whole.width * whole.height};
 }
 
 void Renderer::set_options(const RendererOptions& steps) {
+  check_steps(steps);
   if (state_->steps.join_cells != steps.join_cells) state_->border_width.reset();
   state_->steps = steps;
+}
+
+void Renderer::set_listener(PassListener listener) {
+  state_->listener = std::move(listener);
 }
 
 void Renderer::load(const Snapshot& snapshot) {
@@ -525,7 +681,7 @@ void Renderer::load(const Snapshot& snapshot) {
   }
   state.take_tables(snapshot);
   state.cubic_levels = cubic_levels(snapshot.tiles.options);
-  state.photographs.load(snapshot, state.steps.blocks.value_or(!draws_in_software()));
+  state.photographs.load(snapshot, state.steps.blocks.value_or(!state.in_software));
   state.store_views(view_table(snapshot, state.photographs));
   state.most_edge_deviation = kMostOfMedian * static_cast<double>(median_deviation(snapshot.cell_deviation));
   state.nearby_exposure.follow(snapshot);
@@ -536,68 +692,83 @@ void Renderer::load(const Snapshot& snapshot) {
   state.loaded = true;
 }
 
-// Draws what every kind of picture begins with.
+// Makes what every kind of picture begins with.
 void Renderer::prepare(const Camera& camera, const BlendOptions& options) {
   check(camera);
   check(options);
   State& state = *state_;
-  if (!state.loaded) throw std::invalid_argument("renderer: no snapshot is loaded, load() must come first");
-  if (state.targets.width != camera.width || state.targets.height != camera.height) {
+  if (!state.loaded) throw_not_loaded();
+  if (state.whole.width != camera.width || state.whole.height != camera.height) {
+    state.whole = {};
+    state.whole = make_whole_target(camera.width, camera.height);
+  }
+  const PartRect part = state.parts().front().drawn;
+  if (state.targets.width != part.width || state.targets.height != part.height) {
     state.targets = {};
-    state.targets = make_targets(camera.width, camera.height);
+    state.targets = make_part_targets(part.width, part.height);
   }
   state.load_zones(options.border_width);
   state.rank(camera, options);
-  state.describe(camera, options);
   state.bind_tables();
-  state.draw_surface(state.targets.middles, 1);
-}
-
-void Renderer::State::draw_picture(const BlendOptions& options) {
-  draw_blend(targets.pass, options, Output::srgb);
-  if (options.supersample > 1) draw_samples(targets.pass, options, Output::srgb);
-  if (!options.soft_edges) return;
-  if (most_edge_deviation > 0) add_soft_edges(targets);
-  soften_edges(targets.pass, targets.sharp, targets.sharp_pass, Output::srgb);
 }
 
 void Renderer::draw(const Camera& camera, const BlendOptions& options) {
   const GlStateGuard guard;
   prepare(camera, options);
-  state_->draw_picture(options);
+  state_->draw_picture(camera, options);
 }
 
 void Renderer::draw_into(std::uint32_t framebuffer, int left, int bottom, const Camera& camera,
-                         const BlendOptions& options) {
+                         const BlendOptions& options, const std::optional<HostDepth>& depth) {
+  if (depth) check_depth(*depth);
   const GlStateGuard guard;
   prepare(camera, options);
-  state_->draw_picture(options);
-  const GLuint program = state_->programs.get({.pass = Pass::present});
-  glUseProgram(program);
-  glUniform2i(glGetUniformLocation(program, "corner"), left, bottom);
-  glBindFramebuffer(GL_FRAMEBUFFER, framebuffer);
-  glViewport(left, bottom, static_cast<GLsizei>(camera.width), static_cast<GLsizei>(camera.height));
-  bind_texture(TextureUnit::surfaces, GL_TEXTURE_2D, state_->targets.picture);
-  glBindVertexArray(state_->no_vertices.get());
-  glDrawArrays(GL_TRIANGLES, 0, 3);
-  check_gl("drawing into the caller's framebuffer");
+  State& state = *state_;
+  const HostTarget host{framebuffer, left, bottom, depth};
+  state.draw_parts(camera, options, [&](const PicturePart& part) {
+    state.draw_part(state.targets.colors, options, Output::srgb);
+    state.copy_part(part);
+    state.present_part(part, host);
+  });
+}
+
+void Renderer::make_ready(const BlendOptions& options) {
+  check(options);
+  State& state = *state_;
+  if (!state.loaded) throw_not_loaded();
+  const GlStateGuard guard;
+  std::vector<ProgramKey> keys{
+      {.pass = Pass::surface}, {.pass = Pass::present}, {.pass = Pass::present, .host_depth = true}};
+  for (const std::uint32_t most_cells : kCellsOfShader) {
+    keys.push_back(state.blend_key(Pass::blend, most_cells, options, Output::srgb));
+    if (!(options.border_width > 0)) break;  // no cells fade into each other
+  }
+  if (options.supersample > 1) {
+    keys.push_back({.pass = Pass::silhouettes});
+    keys.push_back(state.blend_key(Pass::samples, kCellsOfShader.back(), options, Output::srgb));
+  }
+  if (options.soft_edges && state.most_edge_deviation > 0) {
+    for (const Pass pass : {Pass::edges, Pass::edge_rows, Pass::soft_edges}) keys.push_back({.pass = pass});
+  }
+  state.programs.make(keys);
+  state.load_zones(options.border_width);
 }
 
 std::uint32_t Renderer::picture_texture() const {
-  return state_->targets.picture.get();
+  return state_->whole.picture.get();
 }
 
 Rendering Renderer::render(const Camera& camera, const BlendOptions& options) {
   const GlStateGuard guard;
   prepare(camera, options);
-  state_->draw_picture(options);
+  state_->draw_picture(camera, options);
   return state_->read_back();
 }
 
 LinearRendering Renderer::render_linear(const Camera& camera, const BlendOptions& options) {
   const GlStateGuard guard;
   prepare(camera, options);
-  const std::vector<float> rgba = state_->draw_floats(options, Output::linear);
+  const std::vector<float> rgba = state_->draw_floats(camera, options, Output::linear);
   LinearRendering rendering{camera.width, camera.height, {}, {}};
   rendering.rgb.reserve(rgba.size() / 4 * 3);
   rendering.state.reserve(rgba.size() / 4);
@@ -611,7 +782,7 @@ LinearRendering Renderer::render_linear(const Camera& camera, const BlendOptions
 std::vector<std::uint32_t> Renderer::count_fetches(const Camera& camera, const BlendOptions& options) {
   const GlStateGuard guard;
   prepare(camera, at_middle(options));
-  const std::vector<float> rgba = state_->draw_floats(at_middle(options), Output::fetches);
+  const std::vector<float> rgba = state_->draw_floats(camera, at_middle(options), Output::fetches);
   std::vector<std::uint32_t> counts;
   counts.reserve(rgba.size() / 4);
   for (std::size_t i = 0; i < rgba.size(); i += 4) counts.push_back(static_cast<std::uint32_t>(std::lround(rgba[i])));
@@ -622,19 +793,23 @@ Diagnosis Renderer::diagnose(const Camera& camera, const BlendOptions& options) 
   const GlStateGuard guard;
   prepare(camera, at_middle(options));
   State& state = *state_;
-  const PictureTargets& targets = state.targets;
+  const PartTargets& targets = state.targets;
   const GlTexture packed =
-      make_texture_2d(GL_RGBA32UI, static_cast<GLsizei>(camera.width), static_cast<GLsizei>(camera.height));
-  const GlFramebuffer pass = make_framebuffer({&targets.picture, &packed}, nullptr);
+      make_texture_2d(GL_RGBA32UI, static_cast<GLsizei>(targets.width), static_cast<GLsizei>(targets.height));
+  const GlFramebuffer pass = make_framebuffer({&targets.colors.picture, &packed}, nullptr);
+  const GLuint program =
+      state.programs.get({.pass = Pass::diagnose, .views = options.views, .views_in_block = state.views_in_block()});
   constexpr std::array<GLfloat, 4> kEmpty{};
   const std::array<GLuint, 4> kNoDiagnosis{0, ViewSlot::none, 0, 0};
-  glClearBufferfv(GL_COLOR, 0, kEmpty.data());
-  glClearBufferuiv(GL_COLOR, 1, kNoDiagnosis.data());
-  state.draw_screen(
-      state.programs.get({.pass = Pass::diagnose, .views = options.views, .views_in_block = state.views_in_block()}),
-      targets.middles.surface);
-  const auto values =
-      values_of<std::uint32_t>(pass, GL_COLOR_ATTACHMENT1, GL_RGBA_INTEGER, GL_UNSIGNED_INT, targets, 4);
+  std::vector<std::uint32_t> values(std::size_t{4} * camera.width * camera.height);
+  state.draw_parts(camera, at_middle(options), [&](const PicturePart& part) {
+    glBindFramebuffer(GL_FRAMEBUFFER, pass.get());
+    glClearBufferfv(GL_COLOR, 0, kEmpty.data());
+    glClearBufferuiv(GL_COLOR, 1, kNoDiagnosis.data());
+    state.draw_screen(program, targets.middles.surface);
+    read_part(pass, GL_COLOR_ATTACHMENT1, GL_RGBA_INTEGER, GL_UNSIGNED_INT, part, camera.width, values);
+    state.copy_part(part);
+  });
   Diagnosis diagnosis{camera.width, camera.height, state.read_back().state, {}};
   diagnosis.pixels.reserve(values.size() / 4);
   for (std::size_t i = 0; i < values.size(); i += 4) diagnosis.pixels.push_back(unpacked(&values[i]));

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -21,8 +22,8 @@ namespace lumatlas {
 // unless the snapshot passes check().
 [[nodiscard]] std::uint64_t array_bytes(const Snapshot& snapshot);
 
-// Ways to draw faster. None changes a picture beyond rounding, except where two views weigh the same. bench_render
-// measures the first two.
+// Ways to draw faster. None changes a picture beyond rounding, except where two views weigh the same, and
+// `filtered_taps`. bench_render measures the first two.
 struct RendererOptions {
   bool skip_losers = true;  // look at no photograph whose weight is too low even if it is valid
   bool join_cells = true;   // neighbours that refer to the same views need not fade into each other
@@ -30,6 +31,14 @@ struct RendererOptions {
   // takes none, they take the bytes of TexelFormat::rgb8. None: unless software draws, which is three times as fast
   // then.
   std::optional<bool> blocks = std::nullopt;
+  // The texels that a colour is made of are fetched in pairs by the GPU's own filter: 9 fetches in place of 16, or 1 of
+  // 4. GPUs weigh the two of a pair in steps of 1/256, so that colours differ a little: see blend/cubic_kernel.h. None:
+  // unless software draws, for which pairs are slower.
+  std::optional<bool> filtered_taps = std::nullopt;
+  // Longest side, pixels, of the parts that a picture is drawn in, [64, 4000]. What a part is drawn into takes 40
+  // bytes a pixel, and 24 more for each sample of a pixel; the picture as a whole takes 4. Smaller parts take less
+  // memory and more commands.
+  std::uint32_t part_px = 640;
 };
 
 // Counts of the work that a renderer has done since it was made.
@@ -38,13 +47,34 @@ struct RendererWork {
   std::uint64_t color_bytes = 0;  // photographs, with their validity and their coarser levels, copied to the GPU
   std::uint64_t mask_bytes = 0;   // validity alone, and the coarser levels, which it weighs
   std::uint64_t depth_bytes = 0;  // depths
+  std::uint64_t programs = 0;     // compiled
+  std::uint64_t targets = 0;      // bytes of what the last picture was drawn into, which are on the GPU now
 };
+
+// The numbers in a depth buffer of another program, between 0 and 1, for a depth z in the camera's frame:
+// at_infinity + per_reciprocal / z. That is what a projection of that program with the camera's pose gives.
+struct HostDepth {
+  double at_infinity;
+  double per_reciprocal;  // not 0; the nearer surface has the smaller number if it is below 0
+
+  // Returns what OpenGL's usual projection gives: 0 at `nearest`, 1 at `farthest`. Throws std::invalid_argument unless
+  // 0 < nearest < farthest.
+  [[nodiscard]] static HostDepth between(double nearest, double farthest);
+  // Returns 1 at `nearest` and 0 at infinity. Throws std::invalid_argument unless it is above 0.
+  [[nodiscard]] static HostDepth reversed(double nearest);
+};
+
+// Called after the commands of each pass were given to the driver, with the name of the pass: "surface", "blend",
+// "silhouettes", "surface of samples", "samples" or "soft edges"; and after references were ranked, with "ranking". It
+// may ask the driver for the time, and must leave all other state of the context as it is.
+using PassListener = std::function<void(const char* pass)>;
 
 class Renderer {
  public:
   // Draws in the context that is current on the calling thread: OpenGL ES 3.0 or OpenGL 4.5, made by any code. This
   // context must be current for every call, and outlive the renderer. Every call leaves the context's state as it was:
   // bindings, switches, masks, viewport, and how pixels are stored.
+  // Throws std::invalid_argument unless the options are in their ranges; so does set_options().
   explicit Renderer(const RendererOptions& steps = {});
   ~Renderer();
   Renderer(Renderer&&) noexcept;
@@ -64,8 +94,14 @@ class Renderer {
 
   [[nodiscard]] RendererWork work() const;
 
-  // Takes effect from the next picture on.
+  // Both take effect from the next picture on.
   void set_options(const RendererOptions& steps);
+  void set_listener(PassListener listener);
+
+  // Makes what the first picture with these options would have to make: the mesh and its zones on the GPU, and all
+  // programs of draw() and draw_into(), at the same time where the driver compiles on several threads. Throws
+  // std::invalid_argument unless the options pass check(), and without load().
+  void make_ready(const BlendOptions& options);
 
   // Throws GlError for a picture above the driver's texture size or 2^29 pixels, std::invalid_argument unless camera
   // and options pass check(), and without load(). So do the functions below.
@@ -73,8 +109,12 @@ class Renderer {
   // Like render(), but leaves the picture on the GPU, in picture_texture(). The GPU may still be at work on it.
   void draw(const Camera& camera, const BlendOptions& options);
   // The same, and copies the picture into a framebuffer of the caller's (0: the window), where its lower left corner
-  // comes to the given pixel: sRGB values as they are, with alpha 1. Pixels that see no surface stay as they were.
-  void draw_into(std::uint32_t framebuffer, int left, int bottom, const Camera& camera, const BlendOptions& options);
+  // comes to the given pixel: sRGB values as they are, with alpha 1. Pixels that see no surface stay as they were. With
+  // `depth`, the framebuffer's depths are compared and written, so that the model hides what the caller has drawn
+  // behind it, and is hidden by what is nearer. Throws std::invalid_argument for numbers of `depth` that are not finite
+  // or a factor of 0.
+  void draw_into(std::uint32_t framebuffer, int left, int bottom, const Camera& camera, const BlendOptions& options,
+                 const std::optional<HostDepth>& depth = std::nullopt);
   // Returns the picture that was drawn last: the name of a GL_TEXTURE_2D of GL_RGBA8, sRGB values, its first row the
   // picture's last; alpha is PixelState / 255. It belongs to the renderer: the next picture is drawn into it, and one
   // of another size replaces it. 0 before the first.
@@ -83,8 +123,9 @@ class Renderer {
   [[nodiscard]] LinearRendering render_linear(const Camera& camera, const BlendOptions& options);
   // Returns the views and weights of the picture that render() returns.
   [[nodiscard]] Diagnosis diagnose(const Camera& camera, const BlendOptions& options);
-  // Returns how many texels the shader fetches at the middle of each pixel, row by row; 0 where no surface is seen. The
-  // driver and its GPU have no part in the number. A texel that the GPU filters is one.
+  // Returns how many texels the shader fetches at the middle of each pixel, row by row; 0 where no surface is seen.
+  // With RendererOptions::filtered_taps set, the driver and its GPU have no part in the number. Texels that the GPU
+  // filters are one.
   [[nodiscard]] std::vector<std::uint32_t> count_fetches(const Camera& camera, const BlendOptions& options);
 
  private:

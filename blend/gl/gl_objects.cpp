@@ -5,6 +5,7 @@
 #include <array>
 #include <limits>
 #include <string>
+#include <utility>
 
 #include "blend/gl/egl_context.h"
 #include "mesh/base/number_text.h"
@@ -13,19 +14,22 @@ namespace lumatlas {
 
 namespace {
 
-GlShader compile(std::string_view name, GLenum stage, std::string_view source) {
+GlShader start_shader(GLenum stage, std::string_view source) {
   GlShader shader(glCreateShader(stage));
   const char* text = source.data();
   const auto length = static_cast<GLint>(source.size());
   glShaderSource(shader.get(), 1, &text, &length);
   glCompileShader(shader.get());
+  return shader;
+}
+
+void require_compiled(const std::string& name, const char* stage, const GlShader& shader) {
   GLint compiled = GL_FALSE;
   glGetShaderiv(shader.get(), GL_COMPILE_STATUS, &compiled);
-  if (compiled == GL_TRUE) return shader;
+  if (compiled == GL_TRUE) return;
   std::array<char, 2048> log{};
   glGetShaderInfoLog(shader.get(), static_cast<GLsizei>(log.size()), nullptr, log.data());
-  throw GlError("the driver refuses the " + std::string(stage == GL_VERTEX_SHADER ? "vertex" : "fragment") +
-                " shader of " + std::string(name) + ": " + log.data());
+  throw GlError("the driver refuses the " + std::string(stage) + " shader of " + name + ": " + log.data());
 }
 
 }  // namespace
@@ -175,19 +179,28 @@ void require_picture_size(std::uint32_t width, std::uint32_t height) {
   }
 }
 
-GlProgram make_program(std::string_view name, std::string_view vertex_source, std::string_view fragment_source) {
-  const GlShader vertex = compile(name, GL_VERTEX_SHADER, vertex_source);
-  const GlShader fragment = compile(name, GL_FRAGMENT_SHADER, fragment_source);
-  GlProgram program(glCreateProgram());
-  glAttachShader(program.get(), vertex.get());
-  glAttachShader(program.get(), fragment.get());
-  glLinkProgram(program.get());
+PendingProgram start_program(std::string_view name, std::string_view vertex_source, std::string_view fragment_source) {
+  PendingProgram pending{std::string(name), start_shader(GL_VERTEX_SHADER, vertex_source),
+                         start_shader(GL_FRAGMENT_SHADER, fragment_source), GlProgram(glCreateProgram())};
+  glAttachShader(pending.program.get(), pending.vertex.get());
+  glAttachShader(pending.program.get(), pending.fragment.get());
+  glLinkProgram(pending.program.get());
+  return pending;
+}
+
+GlProgram finish_program(PendingProgram pending) {
   GLint linked = GL_FALSE;
-  glGetProgramiv(program.get(), GL_LINK_STATUS, &linked);
-  if (linked == GL_TRUE) return program;
+  glGetProgramiv(pending.program.get(), GL_LINK_STATUS, &linked);
+  if (linked == GL_TRUE) return std::move(pending.program);
+  require_compiled(pending.name, "vertex", pending.vertex);
+  require_compiled(pending.name, "fragment", pending.fragment);
   std::array<char, 2048> log{};
-  glGetProgramInfoLog(program.get(), static_cast<GLsizei>(log.size()), nullptr, log.data());
-  throw GlError("the driver cannot link the shaders of " + std::string(name) + ": " + log.data());
+  glGetProgramInfoLog(pending.program.get(), static_cast<GLsizei>(log.size()), nullptr, log.data());
+  throw GlError("the driver cannot link the shaders of " + pending.name + ": " + log.data());
+}
+
+GlProgram make_program(std::string_view name, std::string_view vertex_source, std::string_view fragment_source) {
+  return finish_program(start_program(name, vertex_source, fragment_source));
 }
 
 }  // namespace lumatlas

@@ -8,6 +8,7 @@
 #include <initializer_list>
 #include <optional>
 #include <span>
+#include <string>
 #include <string_view>
 #include <utility>
 #include <vector>
@@ -155,7 +156,19 @@ void require_gl_memory(std::uint64_t needed, std::optional<std::uint64_t> availa
 // back, four a pixel, in 31 bits.
 void require_picture_size(std::uint32_t width, std::uint32_t height);
 
-// Compiles and links; throws GlError with the compiler's log and the shader's name.
+// A program that the driver may still be compiling, on threads of its own if it has some.
+struct PendingProgram {
+  std::string name;
+  GlShader vertex, fragment;
+  GlProgram program;
+};
+
+// Starts to compile and link.
+[[nodiscard]] PendingProgram start_program(std::string_view name, std::string_view vertex_source,
+                                           std::string_view fragment_source);
+// Waits until it is linked; throws GlError with the compiler's log and the shader's name.
+[[nodiscard]] GlProgram finish_program(PendingProgram pending);
+// Does both.
 [[nodiscard]] GlProgram make_program(std::string_view name, std::string_view vertex_source,
                                      std::string_view fragment_source);
 

@@ -2,14 +2,15 @@
 #include "blend/gl/picture_targets.h"
 
 #include <algorithm>
-#include <string>
+#include <vector>
 
 #include "blend/gl/egl_context.h"
-#include "mesh/base/number_text.h"
 
 namespace lumatlas {
 
 namespace {
+
+constexpr std::uint64_t kSurfaceBytes = 16 + 8, kVarianceBytes = 4;  // of a pixel
 
 SurfaceTargets surface_targets(std::uint32_t width, std::uint32_t height) {
   const auto w = static_cast<GLsizei>(width);
@@ -21,60 +22,87 @@ SurfaceTargets surface_targets(std::uint32_t width, std::uint32_t height) {
   return targets;
 }
 
+GlTexture texture_for(const PartTargets& targets, GLenum format) {
+  return make_texture_2d(format, static_cast<GLsizei>(targets.width), static_cast<GLsizei>(targets.height));
+}
+
+void add_picture(const PartTargets& targets, ColorTargets& colors, GLenum format) {
+  colors.picture = texture_for(targets, format);
+  colors.pass = make_framebuffer({&colors.picture}, &targets.middles.z_buffer, true);
+}
+
+std::uint64_t pixels_of(const PartTargets& targets) {
+  return std::uint64_t{targets.width} * targets.height;
+}
+
 }  // namespace
 
-PictureTargets make_targets(std::uint32_t width, std::uint32_t height) {
-  require_picture_size(width, height);
-  PictureTargets targets;
+PartTargets make_part_targets(std::uint32_t width, std::uint32_t height) {
+  PartTargets targets;
   targets.width = width;
   targets.height = height;
   targets.middles = surface_targets(width, height);
-  targets.picture = make_texture_2d(GL_RGBA8, static_cast<GLsizei>(width), static_cast<GLsizei>(height));
-  targets.pass = make_framebuffer({&targets.picture}, &targets.middles.z_buffer, true);
+  add_picture(targets, targets.colors, GL_RGBA8);
+  targets.bytes = pixels_of(targets) * (kSurfaceBytes + kColorBytes);
   return targets;
 }
 
-void add_samples(PictureTargets& targets, std::uint32_t across) {
-  if (targets.samples_across == across) return;
-  targets.samples_across = 0;
-  targets.samples = {};
-  const auto most = static_cast<std::uint32_t>(gl_limit(GL_MAX_TEXTURE_SIZE));
-  if (std::uint64_t{across} * std::max(targets.width, targets.height) > most) {
-    throw GlError("a picture of " + size_text(targets.width, targets.height) + " with " + std::to_string(across) +
-                  " samples across a pixel is above this driver's limit of " + std::to_string(most) +
-                  " a side: render it smaller or with fewer samples");
-  }
-  targets.samples = surface_targets(across * targets.width, across * targets.height);
-  targets.samples_across = across;
+WholeTarget make_whole_target(std::uint32_t width, std::uint32_t height) {
+  require_picture_size(width, height);
+  WholeTarget target;
+  target.width = width;
+  target.height = height;
+  target.picture = make_texture_2d(GL_RGBA8, static_cast<GLsizei>(width), static_cast<GLsizei>(height));
+  target.pass = make_framebuffer({&target.picture}, nullptr);
+  return target;
 }
 
-void add_soft_edges(PictureTargets& targets) {
-  if (targets.sharp_pass.get() != 0) return;
-  const auto w = static_cast<GLsizei>(targets.width);
-  const auto h = static_cast<GLsizei>(targets.height);
-  targets.edges = make_texture_2d(GL_R32UI, w, h);
+void add_samples(PartTargets& targets, std::uint32_t across) {
+  if (targets.samples_across == across) return;
+  targets.bytes -= pixels_of(targets) * kSurfaceBytes * targets.samples_across * targets.samples_across;
+  targets.samples_across = 0;
+  targets.samples = {};
+  targets.samples = surface_targets(across * targets.width, across * targets.height);
+  targets.samples_across = across;
+  targets.bytes += pixels_of(targets) * kSurfaceBytes * across * across;
+}
+
+void add_soft_edges(PartTargets& targets, ColorTargets& colors, GLenum format) {
+  if (colors.sharp_pass.get() == 0) {
+    colors.sharp = texture_for(targets, format);
+    colors.sharp_pass = make_framebuffer({&colors.sharp}, nullptr);
+    if (&colors == &targets.colors) targets.bytes += pixels_of(targets) * kColorBytes;
+  }
+  if (targets.edge_rows_pass.get() != 0) return;
+  targets.edges = texture_for(targets, GL_R32UI);
   targets.edges_pass = make_framebuffer({&targets.edges}, nullptr);
-  targets.edge_rows = make_texture_2d(GL_R32UI, w, h);
+  targets.edge_rows = texture_for(targets, GL_R32UI);
   targets.edge_rows_pass = make_framebuffer({&targets.edge_rows}, nullptr);
-  targets.sharp = make_texture_2d(GL_RGBA8, w, h);
-  targets.sharp_pass = make_framebuffer({&targets.sharp}, nullptr);
+  targets.bytes += pixels_of(targets) * 2 * kVarianceBytes;
+}
+
+ColorTargets make_float_colors(const PartTargets& targets) {
+  ColorTargets colors;
+  add_picture(targets, colors, GL_RGBA32F);
+  return colors;
 }
 
 void read_values(const GlFramebuffer& framebuffer, GLenum attachment, GLenum format, GLenum type,
-                 const PictureTargets& targets, std::size_t bytes_per_pixel, std::byte* values) {
+                 const ReadPlace& place, std::size_t bytes_per_pixel, std::byte* image) {
   constexpr std::size_t kStripBytes = 1 << 26;
-  const std::size_t row = bytes_per_pixel * targets.width;
+  const std::size_t row = bytes_per_pixel * place.width, image_row = bytes_per_pixel * place.image_width;
   const std::size_t strip_rows = std::max<std::size_t>(1, kStripBytes / row);
-  std::vector<std::byte> strip(row * std::min<std::size_t>(strip_rows, targets.height));
+  std::vector<std::byte> strip(row * std::min<std::size_t>(strip_rows, place.height));
   glBindFramebuffer(GL_FRAMEBUFFER, framebuffer.get());
   glReadBuffer(attachment);
   glPixelStorei(GL_PACK_ALIGNMENT, 1);
-  for (std::size_t first = 0; first < targets.height; first += strip_rows) {
-    const std::size_t rows = std::min(strip_rows, targets.height - first);
-    glReadPixels(0, static_cast<GLint>(first), static_cast<GLsizei>(targets.width), static_cast<GLsizei>(rows), format,
-                 type, strip.data());
+  for (std::size_t first = 0; first < place.height; first += strip_rows) {
+    const std::size_t rows = std::min(strip_rows, place.height - first);
+    glReadPixels(static_cast<GLint>(place.x), static_cast<GLint>(place.y + first), static_cast<GLsizei>(place.width),
+                 static_cast<GLsizei>(rows), format, type, strip.data());
     for (std::size_t y = 0; y < rows; ++y) {
-      std::copy_n(&strip[row * y], row, values + row * (targets.height - 1 - first - y));
+      const std::size_t to = place.top + place.height - 1 - first - y;
+      std::copy_n(&strip[row * y], row, image + image_row * to + bytes_per_pixel * place.left);
     }
   }
   check_gl("reading the picture");

@@ -4,11 +4,12 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <vector>
 
 #include "blend/gl/gl_objects.h"
 
 namespace lumatlas {
+
+inline constexpr std::uint64_t kColorBytes = 4;  // of a pixel of RGBA8
 
 // The visible surface, as shaders/surface_texel.glsl has it, with its depth and a stencil.
 struct SurfaceTargets {
@@ -16,38 +17,56 @@ struct SurfaceTargets {
   GlFramebuffer pass;
 };
 
-// The middles' stencil tells which pixels are blended how; the samples' is a copy of it.
-struct PictureTargets {
+// A picture's colours, RGBA8 or RGBA32F, and a framebuffer of them with the stencil of its surface.
+struct ColorTargets {
+  GlTexture picture;
+  GlFramebuffer pass;
+  // The picture before it is blurred at depth edges. Made when first asked for.
+  GlTexture sharp;
+  GlFramebuffer sharp_pass;
+};
+
+// What a part of a picture is drawn into. The middles' stencil tells which pixels are blended how; the samples' is a
+// copy of it.
+struct PartTargets {
   std::uint32_t width = 0;
   std::uint32_t height = 0;
   SurfaceTargets middles;  // one texel a pixel
-  GlTexture picture;       // RGBA8
-  GlFramebuffer pass;      // the picture, with the stencil of `middles`
+  ColorTargets colors;     // RGBA8
   std::uint32_t samples_across = 0;
   SurfaceTargets samples;  // that many times as wide and high; made when first asked for
-  // The variances of the blur at depth edges, and their spread along rows, bits of floats; the picture before it is
-  // blurred, RGBA8. Made when first asked for.
-  GlTexture edges, edge_rows, sharp;
-  GlFramebuffer edges_pass, edge_rows_pass, sharp_pass;
+  // The variances of the blur at depth edges, and their spread along rows, bits of floats. Made when first asked for.
+  GlTexture edges, edge_rows;
+  GlFramebuffer edges_pass, edge_rows_pass;
+  std::uint64_t bytes = 0;  // of all that are there, as they were asked for
+};
+
+// The picture as a whole, of RGBA8, which its parts are copied into.
+struct WholeTarget {
+  std::uint32_t width = 0;
+  std::uint32_t height = 0;
+  GlTexture picture;
+  GlFramebuffer pass;
 };
 
 // All throw GlError for what the driver does not take.
-[[nodiscard]] PictureTargets make_targets(std::uint32_t width, std::uint32_t height);
-void add_samples(PictureTargets& targets, std::uint32_t across);
-void add_soft_edges(PictureTargets& targets);
+[[nodiscard]] PartTargets make_part_targets(std::uint32_t width, std::uint32_t height);
+[[nodiscard]] WholeTarget make_whole_target(std::uint32_t width, std::uint32_t height);
+void add_samples(PartTargets& targets, std::uint32_t across);
+// `colors`: those whose picture is blurred, of `format`.
+void add_soft_edges(PartTargets& targets, ColorTargets& colors, GLenum format);
+// Returns colours of RGBA32F for the same part.
+[[nodiscard]] ColorTargets make_float_colors(const PartTargets& targets);
 
-// All values of a framebuffer's color attachment, from the picture's first row, which is the framebuffer's last. In
-// strips, for GL counts the bytes of each in 31 bits.
+// A rectangle of a framebuffer, and where its first row, which is the framebuffer's last, comes to in an image.
+struct ReadPlace {
+  std::uint32_t x, y, width, height;         // pixels of the framebuffer, from its lower left corner
+  std::uint32_t left, top, image_width = 0;  // pixels of the image, from its top left corner
+};
+
+// Copies the values of a framebuffer's color attachment into an image. In strips, for GL counts the bytes of each in
+// 31 bits.
 void read_values(const GlFramebuffer& framebuffer, GLenum attachment, GLenum format, GLenum type,
-                 const PictureTargets& targets, std::size_t bytes_per_pixel, std::byte* values);
-
-template <typename T>
-[[nodiscard]] std::vector<T> values_of(const GlFramebuffer& framebuffer, GLenum attachment, GLenum format, GLenum type,
-                                       const PictureTargets& targets, std::size_t values_per_pixel) {
-  std::vector<T> values(values_per_pixel * targets.width * targets.height);
-  read_values(framebuffer, attachment, format, type, targets, values_per_pixel * sizeof(T),
-              reinterpret_cast<std::byte*>(values.data()));
-  return values;
-}
+                 const ReadPlace& place, std::size_t bytes_per_pixel, std::byte* image);
 
 }  // namespace lumatlas

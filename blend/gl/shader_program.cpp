@@ -43,6 +43,8 @@ std::string definitions(const ProgramKey& key) {
   if (key.output == Output::fetches) text += "#define COUNT_FETCHES\n";
   if (has_clip_control()) text += "#define CLIP_CONTROL\n";
   if (key.views_in_block) text += "#define VIEWS_IN_BLOCK\n";
+  if (key.host_depth) text += "#define HOST_DEPTH\n";
+  if (key.filtered_taps) text += "#define FILTERED_TAPS\n";
   if (!key.cubic) text += "#define LINEAR_SAMPLING\n";
   return text;
 }
@@ -82,6 +84,12 @@ std::string defined(std::string_view source, const std::string& names) {
   return text;
 }
 
+PendingProgram started(const ProgramKey& key) {
+  const ProgramSource source = source_of(key.pass);
+  const std::string names = definitions(key);
+  return start_program(source.name, defined(source.vertex, names), defined(source.fragment, names));
+}
+
 void bind_block(const GlProgram& program, const char* name, GLuint binding) {
   const GLuint block = glGetUniformBlockIndex(program.get(), name);
   if (block != GL_INVALID_INDEX) glUniformBlockBinding(program.get(), block, binding);
@@ -114,18 +122,29 @@ bool has_clip_control() {
 
 GLuint ShaderPrograms::get(const ProgramKey& key) {
   if (const auto found = programs_.find(key); found != programs_.end()) return found->second.get();
-  const ProgramSource source = source_of(key.pass);
-  const std::string names = definitions(key);
-  GlProgram program = make_program(source.name, defined(source.vertex, names), defined(source.fragment, names));
+  return add(key, started(key));
+}
+
+void ShaderPrograms::make(std::span<const ProgramKey> keys) {
+  std::map<ProgramKey, PendingProgram> pending;
+  for (const ProgramKey& key : keys) {
+    if (programs_.count(key) == 0 && pending.count(key) == 0) pending.emplace(key, started(key));
+  }
+  for (auto& [key, program] : pending) add(key, std::move(program));
+}
+
+GLuint ShaderPrograms::add(const ProgramKey& key, PendingProgram pending) {
+  GlProgram program = finish_program(std::move(pending));
   bind_block(program, "Picture", kPictureBinding);
   bind_block(program, "Views", kViewsBinding);
   glUseProgram(program.get());
   for (std::size_t unit = 0; unit < kSamplers.size(); ++unit) {
     glUniform1i(glGetUniformLocation(program.get(), kSamplers.at(unit)), static_cast<GLint>(unit));
   }
-  glUniform1i(glGetUniformLocation(program.get(), "shown"), static_cast<GLint>(TextureUnit::surfaces));
   glUniform1i(glGetUniformLocation(program.get(), "variances"), static_cast<GLint>(TextureUnit::surfaces));
-  glUniform1i(glGetUniformLocation(program.get(), "sharp"), static_cast<GLint>(TextureUnit::photographs));
+  for (const char* const name : {"sharp", "shown"}) {
+    glUniform1i(glGetUniformLocation(program.get(), name), static_cast<GLint>(TextureUnit::photographs));
+  }
   glUseProgram(0);
   return programs_.emplace(key, std::move(program)).first->second.get();
 }

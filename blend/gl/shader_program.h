@@ -4,8 +4,10 @@
 
 #include <array>
 #include <compare>
+#include <cstddef>
 #include <cstdint>
 #include <map>
+#include <span>
 #include <string>
 
 #include "blend/gl/gl_objects.h"
@@ -38,6 +40,8 @@ struct ProgramKey {
   Output output = Output::srgb;
   bool cubic = false;           // some level of the photographs is sampled so
   bool views_in_block = false;  // the views are in a uniform block in place of a texture
+  bool filtered_taps = false;   // texels of photographs are fetched in pairs
+  bool host_depth = false;      // the depths of the caller's framebuffer are written
 
   // clang-tidy 14 takes the 0 in a defaulted comparison for a pointer.
   [[nodiscard]] auto operator<=>(const ProgramKey&) const = default;  // NOLINT(modernize-use-nullptr)
@@ -61,8 +65,14 @@ class ShaderPrograms {
  public:
   // Throws GlError with the compiler's log.
   [[nodiscard]] GLuint get(const ProgramKey& key);
+  // Makes all that are not there yet, at the same time where the driver compiles on several threads. Throws as get().
+  void make(std::span<const ProgramKey> keys);
+  // Returns how many there are.
+  [[nodiscard]] std::size_t count() const { return programs_.size(); }
 
  private:
+  GLuint add(const ProgramKey& key, PendingProgram pending);
+
   std::map<ProgramKey, GlProgram> programs_;
 };
 

@@ -126,16 +126,53 @@ vec4 linear_shares(float f) {
   return vec4(0.0, 1.0 - f, f, 0.0);
 }
 
+// The colour in one level; beyond the image's border its pixels are repeated. In the variant FILTERED_TAPS pairs of
+// texels that count with the same sign are fetched as one by GL's own filter, 9 in place of 16 or 1 in place of 4: see
+// cubic_kernel.h. Software does not use it: Mesa's takes one level for 2 x 2 pixels of the picture, and filters by
+// reading four texels.
+#ifdef FILTERED_TAPS
+vec3 color_of_level(vec2 size, vec2 image, vec3 texel, int level, float footprint) {
+  float scale = exp2(-float(level));
+  vec2 at = image * scale - 0.5;
+  float unit = exp2(float(sampling.y - 1));  // a level is of a photograph rounded up to that
+  vec2 last = ceil(size / unit) * unit * scale - 1.0;
+  vec2 texel_from_pixel = round(texel.xy - image) * scale + 0.5;
+  vec2 texels = vec2(textureSize(photographs, level).xy);
+#ifndef LINEAR_SAMPLING
+  if (level < sampling.x) {
+    vec2 first = floor(at);
+    vec2 f = at - first;
+    vec4 across = cubic_shares(f.x, footprint * scale);
+    vec4 down = cubic_shares(f.y, footprint * scale);
+    vec3 shares_across = vec3(across.x, across.y + across.z, across.w);
+    vec3 shares_down = vec3(down.x, down.y + down.z, down.w);
+    vec3 columns = first.x + vec3(-1.0, across.z / shares_across.y, 2.0);
+    vec3 rows = first.y + vec3(-1.0, down.z / shares_down.y, 2.0);
+    columns = (clamp(columns, 0.0, last.x) + texel_from_pixel.x) / texels.x;
+    rows = (clamp(rows, 0.0, last.y) + texel_from_pixel.y) / texels.y;
+    vec3 sum = vec3(0.0);
+    for (int y = 0; y < 3; ++y) {
+      vec3 of_row = vec3(0.0);
+      for (int x = 0; x < 3; ++x) {
+        of_row += shares_across[x] * textureLod(photographs, vec3(columns[x], rows[y], texel.z), float(level)).rgb;
+      }
+      sum += shares_down[y] * of_row;
+    }
+    return max(sum, vec3(0.0));
+  }
+#endif
+  vec2 place = (clamp(at, vec2(0.0), last) + texel_from_pixel) / texels;
+  return textureLod(photographs, vec3(place, texel.z), float(level)).rgb;
+}
+#else
 // The rows and columns, of four, that are fetched. Where the picture is sampled linearly at all levels, which the
-// variant LINEAR_SAMPLING is for, the outer ones count nothing. (Pairs of them by GL's own filter would be fewer
-// fetches, but drivers weigh them in steps of 1/256, and llvmpipe takes one level for 2 x 2 pixels of the picture.)
+// variant LINEAR_SAMPLING is for, the outer ones count nothing.
 #ifdef LINEAR_SAMPLING
 const int kFirstOfFour = 1, kLastOfFour = 2;
 #else
 const int kFirstOfFour = 0, kLastOfFour = 3;
 #endif
 
-// The colour in one level; beyond the image's border its pixels are repeated.
 vec3 color_of_level(vec2 size, vec2 image, vec3 texel, int level, float footprint) {
   float scale = exp2(-float(level));
   vec2 at = image * scale - 0.5;
@@ -160,6 +197,7 @@ vec3 color_of_level(vec2 size, vec2 image, vec3 texel, int level, float footprin
   }
   return max(sum, vec3(0.0));  // beside bright detail it may fall below
 }
+#endif
 
 // Returns the factor for a colour of a photograph with this gain: see blend/exposure.h.
 vec3 shown_gain(vec3 gain, vec3 color) {

@@ -7,6 +7,7 @@
 #include <stdexcept>
 
 #include "blend/gl/gl_objects.h"
+#include "blend/picture_parts.h"
 #include "mesh/base/number_text.h"
 
 namespace lumatlas {
@@ -25,20 +26,20 @@ void paste(const std::vector<T>& part, const Tile& drawn, const Tile& tile, std:
   }
 }
 
-// With the neighbours of its pixels in the image, by which silhouettes are found.
+// With the pixels around it in the image that its own depend on.
 Tile with_neighbours(const Tile& tile, const Camera& whole) {
-  Tile larger{tile.left - std::min(tile.left, 1u), tile.top - std::min(tile.top, 1u), whole};
-  larger.camera.width = std::min(tile.left + tile.camera.width + 1, whole.width) - larger.left;
-  larger.camera.height = std::min(tile.top + tile.camera.height + 1, whole.height) - larger.top;
+  Tile larger{tile.left - std::min(tile.left, kAroundPart), tile.top - std::min(tile.top, kAroundPart), whole};
+  larger.camera.width = std::min(tile.left + tile.camera.width + kAroundPart, whole.width) - larger.left;
+  larger.camera.height = std::min(tile.top + tile.camera.height + kAroundPart, whole.height) - larger.top;
   larger.camera.cx -= larger.left;
   larger.camera.cy -= larger.top;
   return larger;
 }
 
-// Returns tiles that the driver takes, with their neighbours and `samples_across` samples across a pixel.
-std::vector<Tile> drawable_tiles(const Camera& camera, std::uint32_t side, std::uint32_t samples_across) {
-  const std::uint32_t most = std::min(static_cast<std::uint32_t>(gl_limit(GL_MAX_TEXTURE_SIZE)), 2 * kTileSide + 4);
-  return tiles_of(camera, std::min(side, most / samples_across - 2));
+// Returns tiles that the driver takes with the pixels around them.
+std::vector<Tile> drawable_tiles(const Camera& camera, std::uint32_t side) {
+  const auto most = static_cast<std::uint32_t>(gl_limit(GL_MAX_TEXTURE_SIZE));
+  return tiles_of(camera, std::min(side, most - 2 * kAroundPart));
 }
 
 }  // namespace
@@ -69,7 +70,7 @@ std::vector<Tile> tiles_of(const Camera& camera, std::uint32_t side) {
 
 Rendering render_tiled(Renderer& renderer, const Camera& camera, const BlendOptions& options, std::uint32_t side) {
   check(options);
-  const std::vector<Tile> tiles = drawable_tiles(camera, side, options.supersample);
+  const std::vector<Tile> tiles = drawable_tiles(camera, side);
   if (tiles.size() == 1) return renderer.render(camera, options);
   const std::size_t pixels = std::size_t{camera.width} * camera.height;
   Rendering whole;
@@ -89,7 +90,7 @@ Rendering render_tiled(Renderer& renderer, const Camera& camera, const BlendOpti
 LinearRendering render_linear_tiled(Renderer& renderer, const Camera& camera, const BlendOptions& options,
                                     std::uint32_t side) {
   check(options);
-  const std::vector<Tile> tiles = drawable_tiles(camera, side, options.supersample);
+  const std::vector<Tile> tiles = drawable_tiles(camera, side);
   if (tiles.size() == 1) return renderer.render_linear(camera, options);
   const std::size_t pixels = std::size_t{camera.width} * camera.height;
   LinearRendering whole{camera.width, camera.height, std::vector<float>(3 * pixels), std::vector<PixelState>(pixels)};
@@ -104,7 +105,7 @@ LinearRendering render_linear_tiled(Renderer& renderer, const Camera& camera, co
 
 Diagnosis diagnose_tiled(Renderer& renderer, const Camera& camera, const BlendOptions& options, std::uint32_t side) {
   check(options);
-  const std::vector<Tile> tiles = drawable_tiles(camera, side, 1);
+  const std::vector<Tile> tiles = drawable_tiles(camera, side);
   if (tiles.size() == 1) return renderer.diagnose(camera, options);
   const std::size_t pixels = std::size_t{camera.width} * camera.height;
   Diagnosis whole{camera.width, camera.height, std::vector<PixelState>(pixels), std::vector<PixelDiagnosis>(pixels)};

@@ -10,8 +10,8 @@
 
 namespace lumatlas {
 
-// 28 bytes of GL memory per pixel, 16 more for a diagnosis or a linear picture, 20 more for each sample: 1.2 GB at
-// most, for where there are more than 2 x 2 samples a pixel tiles are smaller.
+// The renderer draws a tile in parts (RendererOptions::part_px). Beside a part, a tile takes 4 bytes of GL memory a
+// pixel.
 inline constexpr std::uint32_t kTileSide = 3072;  // pixels
 
 // Pixels that a picture may have, which is in memory as a whole with its depth and states.

@@ -4,7 +4,9 @@
 #include <algorithm>
 #include <bit>
 #include <glm/glm.hpp>
+#include <limits>
 #include <map>
+#include <numeric>
 #include <string>
 #include <utility>
 
@@ -52,6 +54,40 @@ std::vector<std::uint32_t> zones_of_faces(const std::vector<CellId>& cell_of_fac
   return zones;
 }
 
+// Puts two zeros before each of a number's lowest 10 bits.
+std::uint32_t spread_bits(std::uint32_t bits) {
+  bits = (bits | bits << 16) & 0x030000FFu;
+  bits = (bits | bits << 8) & 0x0300F00Fu;
+  bits = (bits | bits << 4) & 0x030C30C3u;
+  return (bits | bits << 2) & 0x09249249u;
+}
+
+// Returns the faces cell by cell along a Z-order curve through the cells, so that faces near each other in this order
+// are near each other in space.
+std::vector<std::uint32_t> faces_in_space(const Mesh& mesh, const std::vector<CellId>& cell_of_face) {
+  constexpr float kCurveSteps = 1023;
+  const Bounds box = bounds(mesh);
+  const glm::vec3 size = glm::max(glm::vec3(box.max - box.min), glm::vec3(std::numeric_limits<float>::min()));
+  std::vector<std::uint64_t> keys;  // place on the curve of the cell's first face, cell
+  std::vector<std::uint64_t> key_of_cell;
+  keys.reserve(cell_of_face.size());
+  for (std::size_t face = 0; face < cell_of_face.size(); ++face) {
+    const std::size_t cell = cell_of_face[face];
+    if (cell >= key_of_cell.size()) key_of_cell.resize(cell + 1, std::uint64_t{kNone} << 32);
+    if (key_of_cell[cell] == std::uint64_t{kNone} << 32) {
+      const glm::vec3 share = (mesh.positions[mesh.faces[face].x] - glm::vec3(box.min)) / size;
+      const glm::uvec3 at(glm::clamp(share, glm::vec3(0), glm::vec3(1)) * kCurveSteps);
+      const std::uint32_t place = spread_bits(at.x) | spread_bits(at.y) << 1 | spread_bits(at.z) << 2;
+      key_of_cell[cell] = std::uint64_t{place} << 32 | cell;
+    }
+    keys.push_back(key_of_cell[cell]);
+  }
+  std::vector<std::uint32_t> order(cell_of_face.size());
+  std::iota(order.begin(), order.end(), 0);
+  std::stable_sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) { return keys[a] < keys[b]; });
+  return order;
+}
+
 // Appends the references of a zone of several cells.
 void merge_references(const CellShares::Zone& cells, const ReferenceTable& references,
                       std::vector<std::uint32_t>& merged) {
@@ -92,9 +128,10 @@ ZoneMesh zone_mesh(const Mesh& mesh, const std::vector<glm::u8vec3>& colors, con
     copy.shares.emplace_back(glm::round(of_cells * 65535.0F));
     return found;
   };
+  const std::vector<std::uint32_t> order = faces_in_space(mesh, cell_of_face);
   for (std::size_t shader = 0; shader < kCellsOfShader.size(); ++shader) {
     const std::size_t before = copy.faces.size();
-    for (std::size_t face = 0; face < mesh.faces.size(); ++face) {
+    for (const std::uint32_t face : order) {
       if (shader_of(copy.zone_cells.combinations[copy.zone_cells.combination[zones[face]]]) != shader) continue;
       copy.faces.emplace_back(copied(face, 0), copied(face, 1), copied(face, 2));
     }

@@ -36,7 +36,8 @@ struct ZoneMesh {
   std::vector<std::uint32_t> sources;  // for each vertex, the vertex of the mesh that it copies
   std::vector<glm::u16vec4> shares;    // 65535 is 1
   std::vector<std::uint32_t> zones;    // one per vertex
-  std::vector<glm::uvec3> faces;       // sorted by how many cells they have: kCellsOfShader
+  // Sorted by how many cells they have (kCellsOfShader), then so that faces near each other here are so in space.
+  std::vector<glm::uvec3> faces;
   std::array<std::size_t, kCellsOfShader.size()> face_counts{};
   ZoneCells zone_cells;
 };

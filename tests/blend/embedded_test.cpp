@@ -50,7 +50,7 @@ TEST_CASE("the picture's shaders are GLSL ES 3.00, and OpenGL ES compiles each w
   std::vector<ProgramKey> keys{{.pass = Pass::surface},    {.pass = Pass::silhouettes},
                                {.pass = Pass::edges},      {.pass = Pass::edge_rows},
                                {.pass = Pass::soft_edges}, {.pass = Pass::soft_edges, .output = Output::linear},
-                               {.pass = Pass::present}};
+                               {.pass = Pass::present},    {.pass = Pass::present, .host_depth = true}};
   for (const std::uint32_t views : {1u, 3u, kMaxBlendedViews}) {
     keys.push_back({.pass = Pass::diagnose, .views = views});
     for (const Output output : {Output::srgb, Output::linear, Output::fetches}) {
@@ -59,6 +59,10 @@ TEST_CASE("the picture's shaders are GLSL ES 3.00, and OpenGL ES compiles each w
       keys.push_back({.pass = Pass::blend, .views = views, .cells = 4, .output = output});
       keys.push_back({.pass = Pass::samples, .views = views, .cells = 4, .output = output});
       keys.push_back({.pass = Pass::blend, .views = views, .cells = 4, .output = output, .views_in_block = true});
+      for (const bool cubic : {false, true}) {
+        keys.push_back(
+            {.pass = Pass::blend, .views = views, .cells = 4, .output = output, .cubic = cubic, .filtered_taps = true});
+      }
     }
   }
   for (const ProgramKey& key : keys) {

@@ -219,14 +219,16 @@ TEST_CASE("pixels away from depth edges stay the same to the last bit, and the s
               {{glm::vec3(-0.9, -0.7, 2), {-0.2, -0.6, 2.3}, {-0.8, 0.5, 2.2}, {-0.1, 0.6, 2.5}}, 60, off, 50},
               {{glm::vec3(0.1, -0.3, 1.7), {0.8, -0.8, 2}, {0.2, 0.6, 2.1}, {0.9, 0.1, 2.4}}, 250, off / 2, 255 - 70},
               {{glm::vec3(-0.4, 0.2, 3), {0.6, 0.1, 3}, {-0.5, 0.4, 3}, {0.7, 0.4, 3}}, 0, 2 * off, 80}});
-  Renderer renderer;
+  Renderer renderer, in_parts({.part_px = 64});
   renderer.load(snapshot);
+  in_parts.load(snapshot);
   const auto visibility = make_ray_visibility(snapshot.surface->mesh);
   double changed = 0, different = 0, levels = 0;
   for (std::size_t number = 0; number < 4; ++number) {
     const Camera camera = forward_camera(160, 120, {0.13 * static_cast<double>(number) - 0.2, 0.07, 0.1});
     const Rendering soft = renderer.render(camera, {}), hard = renderer.render(camera, sharp());
     CHECK(soft.state == hard.state);
+    CHECK(share_different(in_parts.render(camera, {}), soft, 1) <= 0.001);
     const std::vector<std::uint8_t> around = around_steps(visibility->trace(camera));
     for (std::size_t pixel = 0; pixel < around.size(); ++pixel) {
       const bool same =

@@ -2,7 +2,8 @@
 // Benchmark of rendering: milliseconds a picture for several numbers of references per cell. It also measures each step
 // that is there for speed, and each that costs some, beside the straightforward loops over a cell's references and over
 // every stored view. With --load, it measures milliseconds to load the next snapshot of a store in which one view has
-// taken another's place. With --fetches, it counts the texels that the shader fetches at each pixel, which is the same
+// taken another's place. With --passes, it measures milliseconds of each pass, of the model with as many references as
+// --references says. With --fetches, it counts the texels that the shader fetches at each pixel, which is the same
 // on every driver, and times the pictures, of the model as it is. Needs saved models only, no photographs. A table in
 // Markdown goes to stdout; exit status as of lumatlas itself.
 #include <epoxy/gl.h>
@@ -21,6 +22,7 @@
 #include <iostream>
 #include <memory>
 #include <numeric>
+#include <sstream>
 #include <string>
 #include <utility>
 #include <vector>
@@ -29,10 +31,12 @@
 #include "blend/gl/egl_context.h"
 #include "blend/renderer.h"
 #include "mesh/base/median.h"
+#include "mesh/base/number_text.h"
 #include "tools/base/elapsed.h"
 #include "tools/cli/flags/option_rules.h"
 #include "tools/lab/bench/program.h"
 #include "tools/lab/timing/frame_time.h"
+#include "tools/lab/timing/pass_time.h"
 
 namespace lumatlas {
 
@@ -49,6 +53,8 @@ struct Flags {
   std::string compare = "processor";
   bool load = false;
   bool fetches = false;
+  bool passes = false;
+  std::uint32_t part_px = RendererOptions{}.part_px;
 };
 
 // Returns for each cell the stored views that see it, those with the most pixels on it first.
@@ -302,9 +308,10 @@ void run_loads(const Flags& flags, const std::string& context) {
   for (const std::filesystem::path& model : flags.models) measure_loads(model, flags);
 }
 
-// Returns the counts of the pixels that see a surface.
-std::vector<double> fetches_of(Renderer& renderer, const Camera& camera) {
+// Returns the counts of the pixels that see a surface, in pairs of texels as on a GPU or texel by texel.
+std::vector<double> fetches_of(Renderer& renderer, const Camera& camera, bool in_pairs) {
   std::vector<double> counts;
+  renderer.set_options({.filtered_taps = in_pairs});
   for (const std::uint32_t count : renderer.count_fetches(camera, {})) {
     if (count > 0) counts.push_back(count);
   }
@@ -317,31 +324,83 @@ void measure_fetches(const std::filesystem::path& path, const Flags& flags) {
   const std::string name = std::filesystem::weakly_canonical(path).filename().string();
   Renderer renderer;
   renderer.load(model);
-  std::vector<double> all;
+  std::vector<double> all, all_pairs;
+  const auto counts_text = [](const std::vector<double>& counts, const std::vector<double>& pairs) {
+    std::ostringstream text;
+    text << std::fixed << std::setprecision(0) << percentile(pairs, 0.5) << " | " << percentile(pairs, 0.95) << " | "
+         << percentile(counts, 0.5) << " | " << percentile(counts, 0.95);
+    return text.str();
+  };
   for (std::size_t picture = 0; picture < cameras.size(); ++picture) {
-    const std::vector<double> counts = fetches_of(renderer, cameras[picture]);
+    const std::vector<double> pairs = fetches_of(renderer, cameras[picture], true);
+    const std::vector<double> counts = fetches_of(renderer, cameras[picture], false);
+    all_pairs.insert(all_pairs.end(), pairs.begin(), pairs.end());
     all.insert(all.end(), counts.begin(), counts.end());
+    renderer.set_options({});
     std::vector<PictureTime> times;
     times.reserve(flags.repeats);
     for (std::uint32_t repeat = 0; repeat < flags.repeats; ++repeat) {
       times.push_back(time_picture(renderer, cameras[picture], {}));
     }
     if (counts.empty()) continue;
-    std::cout << "| " << name << " | " << picture << " | " << std::fixed << std::setprecision(0)
-              << percentile(counts, 0.5) << " | " << percentile(counts, 0.95) << " | "
-              << median(times, &PictureTime::wall) << " / " << median(times, &PictureTime::processor) << " |"
-              << std::endl;
+    std::cout << "| " << name << " | " << picture << " | " << counts_text(counts, pairs) << " | " << std::fixed
+              << std::setprecision(0) << median(times, &PictureTime::wall) << " / "
+              << median(times, &PictureTime::processor) << " |" << std::endl;
   }
   if (all.empty()) return;
-  std::cout << "| " << name << " | all | " << percentile(all, 0.5) << " | " << percentile(all, 0.95) << " | |"
-            << std::endl;
+  std::cout << "| " << name << " | all | " << counts_text(all, all_pairs) << " | |" << std::endl;
 }
 
 void run_fetches(const Flags& flags, const std::string& context) {
-  std::cout << "Texels that are fetched at a pixel's middle, and milliseconds a picture of " << flags.width << "x"
-            << flags.height << ", medians over " << flags.repeats << ", on " << context
-            << ".\n\n| model | picture | fetches, median | 95 % | wall / processor, ms |\n|---|---|---|---|---|\n";
+  std::cout << "Fetches at a pixel's middle, with pairs of texels as one, as on a GPU, and texel by texel; and "
+               "milliseconds a picture of "
+            << flags.width << "x" << flags.height << ", medians over " << flags.repeats << ", on " << context
+            << ".\n\n| model | picture | pairs, median | 95 % | texels, median | 95 % | wall / processor, ms "
+               "|\n|---|---|---|---|---|---|---|\n";
   for (const std::filesystem::path& model : flags.models) measure_fetches(model, flags);
+}
+
+void print_passes(const std::string& row, const std::vector<PassTime>& times) {
+  PassTime all{"all", 0, 0, std::nullopt};
+  for (const PassTime& time : times) {
+    all.wall += time.wall;
+    all.processor += time.processor;
+    if (time.gpu) all.gpu = all.gpu.value_or(0) + *time.gpu;
+  }
+  const auto print_one = [&](const PassTime& time) {
+    std::cout << row << " | " << time.pass << std::fixed << std::setprecision(2) << " | " << time.wall << " / "
+              << time.processor << " | ";
+    if (time.gpu) std::cout << *time.gpu;
+    std::cout << " |" << std::endl;
+  };
+  for (const PassTime& time : times) print_one(time);
+  print_one(all);
+}
+
+void measure_passes(const std::filesystem::path& path, const Flags& flags) {
+  Snapshot model = read_model(path).snapshot;
+  const std::vector<Camera> cameras = cameras_between_views(model, flags.pictures, {flags.width, flags.height});
+  if (cameras.empty()) throw std::invalid_argument(path.string() + ": stores no view, there is nothing to render");
+  const auto views = views_of_cells(model);
+  const std::string name = std::filesystem::weakly_canonical(path).filename().string();
+  Renderer renderer({.part_px = flags.part_px});
+  for (const std::uint32_t references : flags.references) {
+    model.references = at_most(views, references);
+    renderer.load(model);
+    print_passes("| " + name + " | " + std::to_string(references), pass_times(renderer, cameras, {}));
+  }
+  std::cout << "\n"
+            << name << ": pictures are drawn into "
+            << number_text(1e-6 * static_cast<double>(renderer.work().targets), 1) << " MB.\n";
+}
+
+void run_passes(const Flags& flags, const std::string& context) {
+  std::cout << "Milliseconds of each pass of a picture of " << flags.width << "x" << flags.height << ", medians over "
+            << flags.pictures << ", in parts of at most " << flags.part_px << " pixels a side, on " << context
+            << ". Wall and processor: where each pass is finished before the next one begins. GPU: by its own clock, "
+               "without waiting.\n\n| model | references at most | pass | wall / processor, ms | GPU, ms "
+               "|\n|---|---|---|---|---|\n";
+  for (const std::filesystem::path& model : flags.models) measure_passes(model, flags);
 }
 
 void run(const Flags& flags) {
@@ -349,6 +408,7 @@ void run(const Flags& flags) {
   std::cerr << context.description() << '\n';
   if (flags.load) return run_loads(flags, context.description());
   if (flags.fetches) return run_fetches(flags, context.description());
+  if (flags.passes) return run_passes(flags, context.description());
   std::cout << "Pictures of " << flags.width << "x" << flags.height << ", medians over " << flags.pictures
             << " of them, " << flags.repeats << " times each, on " << context.description()
             << ". Milliseconds: wall / processor. Shares of " << flags.compare
@@ -385,6 +445,9 @@ int main(int argc, char** argv) {
                    "Time no pictures but --pictures times --repeats snapshots, each with another view");
   program.add_flag("--fetches", flags.fetches,
                    "Count the texels that the shader fetches at each pixel, and time pictures, of the model as it is");
+  program.add_flag("--passes", flags.passes, "Time each pass of a picture, with as many --references");
+  program.add_option("--part", flags.part_px, "Longest side of the parts of a picture, pixels, with --passes")
+      ->check(CLI::Range(64u, 4000u));
   program.add_option("--border-width", flags.border_width, "Of cells that fade into each other, of the cell size")
       ->check(lumatlas::number_between(0, 1));
   return lumatlas::run_program(program, "bench_render", argc, argv, [&] { lumatlas::run(flags); });
