@@ -6,8 +6,8 @@
 //   w_pos = min(o, i) / max(o, i)                   o, i: distance of the novel and of the stored camera from X
 //           (printed: max(0, 1 - o / i), which is 0 at equal distance and prefers far views)
 //   w     = faded(lambda w_dir + (1 - lambda) w_pos, left)
-//   share ~ (w - w_next) / max(1 - w, kLeastPenalty)  w_next: the (K+1)th largest w
-//           (printed: w)
+//   share ~ (w - w_next) / max(1 - w + min(kEven, kEvenSlope (1 - w_best)), kLeastPenalty)
+//           w_next: the (K+1)th largest w; w_best: the largest      (printed: w)
 //
 // faded() is faded_weight() of blend/geometric_weight.h. `left` is the share of the view that is left at X. It is 0
 // where X is behind the stored depth or its pixel is invalid. Elsewhere it is the mask of atlas/views/validity.h, which
@@ -31,6 +31,12 @@ inline constexpr std::uint32_t kMostSupersampling = 4;
 // Least 1 - w by which a view's share is divided; smaller differences are rounding in the shader's floats. Shared with
 // the shader. A view of w = 0.999 then has a thousandth of the share of one whose 1 - w is this.
 inline constexpr double kLeastPenalty = 1e-6;
+
+// What evens out the shares of photographs from nearly the same direction, which show the surface equally well: their
+// mean has less grain than one of them. kEven is 1 - w at 6 degrees. It falls to 0 with 1 - w of the best view, by this
+// slope, from 3 degrees on: a picture from a photograph's own camera is that photograph. Shared with the shader.
+inline constexpr double kEven = 0.004;
+inline constexpr double kEvenSlope = 4;
 
 // The surface bends by more than this many pixel widths at a silhouette, see supersampling.h. Shared with the shader.
 inline constexpr double kSilhouetteBend = 4;

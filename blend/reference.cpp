@@ -170,10 +170,13 @@ WeightedColor color_in_view(const Source& source, ViewSlot slot, const SurfacePo
   return {faded_weight(weight, left), shown_gain(snapshot.gains[slot], color, source.exposure) * color, true};
 }
 
-// Returns the share of a view with this weight in a pixel, up to a factor that all views have in common.
-double share_of(double weight, double threshold, const BlendOptions& options) {
+// Returns the share of a view with this weight in a pixel, up to a factor that all views have in common. `best` is the
+// largest weight.
+double share_of(double weight, double threshold, double best, const BlendOptions& options) {
   if (!(weight > 0)) return 0;
-  return (weight - threshold) / (options.consistent ? std::max(1 - weight, kLeastPenalty) : 1);
+  if (!options.consistent) return weight - threshold;
+  const double even = std::min(kEven, kEvenSlope * (1 - best));
+  return (weight - threshold) / std::max(1 - weight + even, kLeastPenalty);
 }
 
 // Returns the weight of one of several cells that share a pixel: its share, multiplied, as for views, by how good its
@@ -200,7 +203,7 @@ bool blend(const Source& source, std::span<const ViewSlot> slots, const SurfaceP
   double total = 0;
   glm::dvec3 sum(0);
   for (std::size_t rank = 0; rank < options.views; ++rank) {
-    const double share = share_of(best[rank].weight, threshold, options);
+    const double share = share_of(best[rank].weight, threshold, best_weight, options);
     total += share;
     sum += share * best[rank].color;
   }
@@ -383,9 +386,10 @@ PixelDiagnosis diagnose(const Source& source, std::span<const ViewSlot> slots, c
   weights.resize(std::max<std::size_t>(weights.size(), kMaxBlendedViews + 1), 0.0);
   const double threshold = options.fade_last ? weights[options.views] : 0;
   double total = 0;
-  for (std::size_t rank = 0; rank < options.views; ++rank) total += share_of(weights[rank], threshold, options);
+  for (std::size_t rank = 0; rank < options.views; ++rank)
+    total += share_of(weights[rank], threshold, weights[0], options);
   for (std::size_t rank = 0; rank < std::min<std::size_t>(3, options.views) && total > 0; ++rank) {
-    pixel.shares[rank] = static_cast<float>(share_of(weights[rank], threshold, options) / total);
+    pixel.shares[rank] = static_cast<float>(share_of(weights[rank], threshold, weights[0], options) / total);
   }
   if (total == 0 && pixel.winner != ViewSlot::none) pixel.shares[0] = 1;  // the same as in blend()
   return pixel;

@@ -101,6 +101,7 @@ std::string shared_definitions() {
   return definition("SHARP_FOOTPRINT", constant(kSharpFootprint)) +
          definition("BLUR_OF_SHIFT", constant(kBlurOfShift)) + definition("SHARP_SHIFT", constant(kSharpShift)) +
          definition("MOST_SHIFT", constant(kMostShift)) + definition("LEAST_PENALTY", constant(kLeastPenalty)) +
+         definition("EVEN", constant(kEven)) + definition("EVEN_SLOPE", constant(kEvenSlope)) +
          definition("FADE_PENALTY", constant(kFadePenalty)) + definition("LEAST_FADED", constant(kLeastFaded)) +
          definition("FAR_FRAME_FADE", constant(kFarFrameFade)) + definition("CLIPPED_FROM", constant(kClippedFrom)) +
          definition("SILHOUETTE_BEND", constant(kSilhouetteBend)) +

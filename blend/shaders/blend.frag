@@ -127,12 +127,12 @@ float count_views(vec4 shares) {
   for (int cell = 0; cell < CELLS; ++cell) {
     float winner = best[cell * kRanks];
     float last = best[cell * kRanks + BLENDED_VIEWS];
-    float share = winner > 0.0 ? per_penalty(shares[cell], winner) : 0.0;
+    float share = share_of_cell(shares[cell], winner);
     float sum = 0.0;
-    for (int rank = 0; rank < BLENDED_VIEWS; ++rank) sum += share_of(best[cell * kRanks + rank], last);
+    for (int rank = 0; rank < BLENDED_VIEWS; ++rank) sum += share_of(best[cell * kRanks + rank], last, winner);
     for (int rank = 0; rank < BLENDED_VIEWS; ++rank) {
       // If all weigh the same, nothing is left above the last: the best one stands for them.
-      float of_cell = sum > 0.0 ? share_of(best[cell * kRanks + rank], last) / sum : rank == 0 ? 1.0 : 0.0;
+      float of_cell = sum > 0.0 ? share_of(best[cell * kRanks + rank], last, winner) / sum : rank == 0 ? 1.0 : 0.0;
       counts[cell * BLENDED_VIEWS + rank] = share * of_cell;
     }
     total += share;

@@ -33,7 +33,7 @@ vec3 shares_of_best() {
   vec3 shares = vec3(0.0);
   float total = 0.0;
   for (int rank = 0; rank < BLENDED_VIEWS; ++rank) {
-    float share = share_of(ranked[rank], ranked[BLENDED_VIEWS]);
+    float share = share_of(ranked[rank], ranked[BLENDED_VIEWS], ranked[0]);
     total += share;
     if (rank < 3) shares[rank] = share;
   }

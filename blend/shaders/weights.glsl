@@ -28,13 +28,17 @@ float faded_weight(float weight, float left) {
   return max(1.0 - penalty, LEAST_FADED * left * weight);
 }
 
-float per_penalty(float value, float weight) {
-  return departures.w != 0 ? value / max(1.0 - weight, LEAST_PENALTY) : value;
+// Returns the share of one of several cells, up to a factor that all have in common: divided by what its best view lacks.
+float share_of_cell(float share, float winner) {
+  if (!(winner > 0.0)) return 0.0;
+  return departures.w != 0 ? share / max(1.0 - winner, LEAST_PENALTY) : share;
 }
 
 // Returns the share of a view with this weight in a pixel, up to a factor that all views have in common. `next_weight`
-// is that of the best view that is left out.
-float share_of(float weight, float next_weight) {
+// is that of the best view that is left out, `winner` that of the best.
+float share_of(float weight, float next_weight, float winner) {
   if (!(weight > 0.0)) return 0.0;
-  return per_penalty(weight - (departures.z != 0 ? next_weight : 0.0), weight);
+  float above = weight - (departures.z != 0 ? next_weight : 0.0);
+  float even = min(EVEN, EVEN_SLOPE * (1.0 - winner));
+  return departures.w != 0 ? above / max(1.0 - weight + even, LEAST_PENALTY) : above;
 }
