@@ -228,11 +228,14 @@ class SiteWriter {
     put_({kTilesetName, "application/json", bytes_of_text(tileset)});
     return facts_;
   }
+  // Returns the name of the poster, once the scene is written; empty if there is none.
+  [[nodiscard]] const std::string& poster() const { return poster_; }
 
  private:
   std::string take(const FormFile& file) {
     const std::lock_guard lock(mutex_);
     std::string name = name_by_content(file.stem, file.ending, file.bytes);
+    if (file.part == FormPart::poster) poster_ = name;
     bytes_of(file.part) += file.bytes.size();
     put_({name, file.type, {file.bytes.begin(), file.bytes.end()}});
     return name;
@@ -257,8 +260,9 @@ class SiteWriter {
 
   const SiteOptions& options_;
   const std::function<void(SiteFile)>& put_;
-  std::mutex mutex_;  // guards the next two
+  std::mutex mutex_;  // guards the next three
   SiteFacts facts_;
+  std::string poster_;
   CancelCheck cancel_check_;
   Snapshot snapshot_;
 };
@@ -277,24 +281,30 @@ struct PageHtml {
   std::string before, after;
 };
 
-// `attributes`: of the <html> element.
-PageHtml page_html(const std::string& title, std::string_view policy, const std::string& style,
-                   const std::string& attributes) {
+// What differs from page to page.
+struct PageParts {
+  std::string title;
+  std::string attributes;  // of the <html> element
+  std::string poster;      // name of the picture that is shown until the page draws; empty: the script names it later
+};
+
+PageHtml page_html(const PageParts& parts, std::string_view policy, const std::string& style) {
   constexpr std::string_view kScript = "{{script}}";
   const std::size_t script = k_page_html.find(kScript);
   if (script == std::string_view::npos) throw std::logic_error("the page has no place for its script");
+  const std::string poster = parts.poster.empty() ? "hidden" : "src=\"" + html_escaped(parts.poster) + "\"";
   return {filled_template(k_page_html.substr(0, script), {{"generator", kSiteGenerator},
                                                           {"policy", std::string(policy)},
                                                           {"style", style},
-                                                          {"attributes", attributes},
-                                                          {"title", html_escaped(title)}}),
+                                                          {"attributes", parts.attributes},
+                                                          {"poster", poster},
+                                                          {"title", html_escaped(parts.title)}}),
           filled_template(k_page_html.substr(script + kScript.size()), {})};
 }
 
 // The page, with the names of its other files.
-SiteFile index_file(const std::string& title, const std::string& style, const std::string& script,
-                    const std::string& attributes) {
-  const PageHtml html = page_html(title, kFolderPolicy, "<link rel=\"stylesheet\" href=\"" + style + "\">", attributes);
+SiteFile index_file(const PageParts& parts, const std::string& style, const std::string& script) {
+  const PageHtml html = page_html(parts, kFolderPolicy, "<link rel=\"stylesheet\" href=\"" + style + "\">");
   return {"index.html", "text/html; charset=utf-8",
           bytes_of_text(html.before + "<script type=\"module\" src=\"" + script + "\"></script>" + html.after)};
 }
@@ -328,12 +338,12 @@ std::string attributes_of(const SiteOptions& options) {
 
 // Returns the files that a browser asks for when it opens index.html. All but index.html and the
 // owner's file are named by content.
-std::vector<SiteFile> lasting_page_files(const SiteOptions& options) {
+std::vector<SiteFile> lasting_page_files(const SiteOptions& options, const std::string& poster) {
   std::vector<SiteFile> files{named_by_content(style_file()), named_by_content(script_file()),
                               named_by_content(shaders_file())};
   const std::string shaders = " data-shaders=\"" + files[2].name + "\"";
   files.insert(files.begin(),
-               index_file(options.title, files[0].name, files[1].name, shaders + attributes_of(options)));
+               index_file({options.title, shaders + attributes_of(options), poster}, files[0].name, files[1].name));
   if (!options.page_file.empty()) files.push_back(owners_file(options.page_file));
   return files;
 }
@@ -352,7 +362,7 @@ std::size_t site_ticks(const Snapshot& snapshot) {
 }
 
 std::vector<SiteFile> page_files(const std::string& title, const ShownModel& shown) {
-  return {index_file(title, "viewer.css", "viewer.js", attributes_of(shown)), style_file(), script_file(),
+  return {index_file({title, attributes_of(shown), ""}, "viewer.css", "viewer.js"), style_file(), script_file(),
           shaders_file()};
 }
 
@@ -367,11 +377,9 @@ SiteFacts write_site(const Snapshot& snapshot, const SiteOptions& options, const
     }
     return bytes;
   };
-  const std::uint64_t page_bytes = put_all(lasting_page_files(options));
-  const std::uint64_t other_page_bytes = put_all({script_file(), shaders_file()});
   SiteFacts facts = writer.write();
-  facts.page_bytes = page_bytes;
-  facts.other_page_bytes = other_page_bytes;
+  facts.page_bytes = put_all(lasting_page_files(options, writer.poster()));
+  facts.other_page_bytes = put_all({script_file(), shaders_file()});
   return facts;
 }
 
@@ -394,8 +402,8 @@ std::string title_of(const std::filesystem::path& model) {
 
 SiteFacts write_one_page(std::ostream& file, const Snapshot& snapshot, const SiteOptions& options,
                          const CancelCheck& cancel_check) {
-  const PageHtml html = page_html(options.title, kOnePagePolicy, "<style>\n" + std::string(k_page_style) + "</style>",
-                                  attributes_of(options));
+  const PageHtml html = page_html({options.title, attributes_of(options), ""}, kOnePagePolicy,
+                                  "<style>\n" + std::string(k_page_style) + "</style>");
   const std::string end = "<script type=\"module\">\n" + std::string(k_page_script) + "</script>" + html.after;
   file << html.before;
   std::uint64_t page_bytes = html.before.size() + end.size();

@@ -83,6 +83,20 @@ TEST_CASE("a site's files are named by what they hold, and index.html and tilese
   CHECK(tagged.size() >= 3 + 2 + 3 * 3);  // page; poster, surface; three files a view
 }
 
+TEST_CASE("a site's page shows the poster before its script is there; pages that do not know its name wait for it") {
+  const Files files = files_of_site(small_room(), "room");
+  const auto text = [](const std::vector<std::uint8_t>& bytes) { return std::string(bytes.begin(), bytes.end()); };
+  const auto poster = std::find_if(files.begin(), files.end(),
+                                   [](const auto& file) { return file.first.find("poster-") != std::string::npos; });
+  REQUIRE(poster != files.end());
+  const std::string start = "<img id=\"poster\" alt=\"\" fetchpriority=\"high\" ";
+  CHECK_THAT(text(files.at("index.html")), Catch::Contains(start + "src=\"" + poster->first + "\">"));
+  CHECK_THAT(text(page_files("room").front().bytes), Catch::Contains(start + "hidden>"));
+  std::ostringstream page;
+  write_one_page(page, small_room(), {});
+  CHECK_THAT(page.str(), Catch::Contains(start + "hidden>"));
+}
+
 TEST_CASE("no name of a site means one thing in one version and another in the next") {
   const Snapshot first = small_room();
   Snapshot second = first;

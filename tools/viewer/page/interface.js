@@ -196,9 +196,11 @@ export class Interface {
     part('notice').hidden = text === '';
   }
 
+  // A site's page names its poster itself, which is there before this script is.
   /** @param {SiteFiles} files @param {string} name */
   showPoster(files, name) {
     const poster = element('poster', HTMLImageElement);
+    if (!poster.hidden) return;
     files.show(poster, name);
     poster.hidden = false;
   }
