@@ -7,7 +7,7 @@
 #include <stdexcept>
 
 #include "blend/gl/gl_objects.h"
-#include "blend/picture_parts.h"
+#include "blend/gl/picture_parts.h"
 #include "mesh/base/number_text.h"
 
 namespace lumatlas {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // A picture that is drawn in parts is the picture in one piece.
-#include "blend/picture_parts.h"
+#include "blend/gl/picture_parts.h"
 
 #include <algorithm>
 #include <catch2/catch.hpp>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "blend/picture_parts.h"
+#include "blend/gl/picture_parts.h"
 
 #include <algorithm>
 
