@@ -342,9 +342,10 @@ std::vector<SiteFile> lasting_page_files(const SiteOptions& options, const std::
   std::vector<SiteFile> files{named_by_content(style_file()), named_by_content(script_file()),
                               named_by_content(shaders_file())};
   const std::string shaders = " data-shaders=\"" + files[2].name + "\"";
-  files.insert(files.begin(),
-               index_file({options.title, shaders + attributes_of(options), poster}, files[0].name, files[1].name));
+  const SiteFile index =
+      index_file({options.title, shaders + attributes_of(options), poster}, files[0].name, files[1].name);
   if (!options.page_file.empty()) files.push_back(owners_file(options.page_file));
+  files.push_back(index);
   return files;
 }
 
@@ -378,8 +379,8 @@ SiteFacts write_site(const Snapshot& snapshot, const SiteOptions& options, const
     return bytes;
   };
   SiteFacts facts = writer.write();
-  facts.page_bytes = put_all(lasting_page_files(options, writer.poster()));
   facts.other_page_bytes = put_all({script_file(), shaders_file()});
+  facts.page_bytes = put_all(lasting_page_files(options, writer.poster()));
   return facts;
 }
 

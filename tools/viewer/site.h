@@ -70,10 +70,10 @@ struct SiteFacts {
 // Returns how often write_site() calls its progress callback.
 [[nodiscard]] std::size_t site_ticks(const Snapshot& snapshot);
 
-// Passes each file of the site to `put`, one at a time, tileset.json last: the page, and the model in few bytes, packed
-// as model_form.h says. index.html and tileset.json name the others, whose names hold a digest of their bytes. A file
-// of that name is the same in every version of every site, so no cache mixes versions. Throws std::invalid_argument
-// unless the snapshot passes check() and holds a view.
+// Passes each file of the site to `put`, one at a time: the model in few bytes, packed as model_form.h says, then the
+// page, index.html last. index.html and tileset.json come after the files that they name, whose names hold a digest of
+// their bytes. A file of that name is the same in every version of every site, so no cache mixes versions. Throws
+// std::invalid_argument unless the snapshot passes check() and holds a view.
 SiteFacts write_site(const Snapshot& snapshot, const SiteOptions& options, const std::function<void(SiteFile)>& put,
                      const CancelCheck& cancel_check = {});
 

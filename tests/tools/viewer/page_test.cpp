@@ -338,7 +338,7 @@ TEST_CASE("photographs that are too large for a texture are scaled, and a browse
   options.most_side_px = 61;  // of 96
   const SiteFacts facts = write_site(site_model(), options, [&](SiteFile file) { files.push_back(std::move(file)); });
   CHECK(facts.scale == Approx(61.0 / 96));
-  SiteFile& page = files.front();
+  SiteFile& page = files.back();
   REQUIRE(page.name == "index.html");
   std::string tells = kTellsTheEnd;
   tells.replace(tells.find("'SERVER"), 7, "'");
