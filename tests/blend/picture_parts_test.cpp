@@ -55,10 +55,7 @@ TEST_CASE("the camera of a part sees each pixel where the picture's does") {
 TEST_CASE("pictures, linear pictures and diagnoses in parts are those in one piece") {
   const std::optional<EglContext> context = context_or_skip();
   if (!context) return;
-  Snapshot snapshot = room_snapshot(10, {});
-  for (std::size_t slot = 0; slot < 10; ++slot) {
-    snapshot.gains[slot] = glm::dvec3(0.6 + 0.1 * static_cast<double>(slot));  // the exposure depends on the pose
-  }
+  const Snapshot snapshot = exposed_room_snapshot(10);
   Renderer whole, parts({.part_px = 64});
   whole.load(snapshot);
   parts.load(snapshot);

@@ -39,10 +39,7 @@ TEST_CASE("tiles cover every pixel once, and see it where the whole image does")
 TEST_CASE("a picture in tiles is the picture in one piece") {
   const std::optional<EglContext> context = context_or_skip();
   if (!context) return;
-  Snapshot snapshot = room_snapshot(10, {});
-  for (std::size_t slot = 0; slot < 10; ++slot) {
-    snapshot.gains[slot] = glm::dvec3(0.6 + 0.1 * static_cast<double>(slot));  // the exposure depends on the pose
-  }
+  const Snapshot snapshot = exposed_room_snapshot(10);
   Renderer renderer;
   renderer.load(snapshot);
   for (std::size_t number = 0; number < 5; ++number) {

@@ -98,4 +98,12 @@ Snapshot room_snapshot(std::size_t views, const ValidityOptions& options, const 
   return room_atlas(views, options, layout, std::move(policy))->snapshot();
 }
 
+Snapshot exposed_room_snapshot(std::size_t views) {
+  Snapshot snapshot = room_snapshot(views, {});
+  for (std::size_t slot = 0; slot < views; ++slot) {
+    snapshot.gains[slot] = glm::dvec3(0.6 + 0.1 * static_cast<double>(slot));
+  }
+  return snapshot;
+}
+
 }  // namespace lumatlas

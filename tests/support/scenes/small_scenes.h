@@ -26,4 +26,7 @@ namespace lumatlas {
 [[nodiscard]] Snapshot room_snapshot(std::size_t views, const ValidityOptions& options,
                                      const TileOptions& layout = kWholeViews, TilePolicy policy = {});
 
+// The same of whole views, each with another gain, so that the exposure of a picture depends on its camera.
+[[nodiscard]] Snapshot exposed_room_snapshot(std::size_t views);
+
 }  // namespace lumatlas

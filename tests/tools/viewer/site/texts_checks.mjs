@@ -41,17 +41,17 @@ const ENGLISH = TRANSLATED.map(([, text]) => new RegExp('^\\s*' + text.split(/\{
     (part) => part.replaceAll('`', '').replace(/[.*+?^${}()|[\]\\]/g, '\\$&')).join('.*') + '\\s*$', 's'));
 const WORDS = /\b(the|of|and|is|are|this|that|with|photographs?|click|save|view|camera|cannot|from)\b/i;
 
-// All that the page shows or tells, hidden parts too.
+// All that the page shows or tells, hidden parts too: its text, and attributes that hold a text. The others name
+// elements, files and states.
 const shownTexts = (page) => page.evaluate(() => {
+  const names = /^(id|class|for|name|type|value|href|src|style|role|data-.*|aria-(controls|labelledby|live|pressed))$/;
   const found = [];
   const walker = document.createTreeWalker(document.body, NodeFilter.SHOW_ALL);
   for (let node = walker.currentNode; node; node = walker.nextNode()) {
     if (node.parentElement?.closest('script, style, noscript, code')) continue;
     if (node instanceof Text && node.textContent.trim()) found.push(node.textContent.trim());
     if (!(node instanceof Element)) continue;
-    for (const name of ['aria-label', 'aria-description', 'aria-valuetext', 'title', 'alt', 'placeholder']) {
-      if (node.getAttribute(name)) found.push(node.getAttribute(name));
-    }
+    for (const {name, value} of node.attributes) if (!names.test(name) && value.trim()) found.push(value.trim());
   }
   return found;
 });
