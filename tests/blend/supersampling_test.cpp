@@ -47,7 +47,8 @@ TEST_CASE("the samples of a pixel are at the middles of its equal parts, row by 
     const Camera finer = camera.scaled_to(across * camera.width, across * camera.height);
     for (std::uint32_t i = 0; i < samples.size(); ++i) {
       CHECK_NOTHROW(check(samples[i]));
-      const glm::dvec2 part(i % across + 0.5, i / across + 0.5);
+      const std::uint32_t column = i % across, row = i / across;
+      const glm::dvec2 part(column + 0.5, row + 0.5);
       const glm::dvec2 pixel(17, 29);
       CHECK(glm::length(samples[i].ray(pixel + 0.5) - finer.ray(pixel * double(across) + part)) < 1e-12);
     }
@@ -142,7 +143,7 @@ std::size_t off_area_mean(const Rendering& rendering, const Checkerboard& board)
   std::size_t off = 0;
   for (int y = 0; y < 32; ++y) {
     for (int x = 0; x < 32; ++x) {
-      const auto pixel = static_cast<std::size_t>(32 * y + x);
+      const auto pixel = std::size_t{32} * static_cast<std::size_t>(y) + static_cast<std::size_t>(x);
       const bool seen = covers(x + 0.5) && covers(y + 0.5);
       off += (rendering.state[pixel] == PixelState::unseen) != seen;
       const glm::dvec4 expected = seen ? area_mean(x, y, board) : glm::dvec4(0);
