@@ -2,6 +2,8 @@
 // The main function of all test programs: Catch2's, and an exit code of its own where something was skipped.
 #define CATCH_CONFIG_RUNNER
 #include <catch2/catch.hpp>
+#include <chrono>
+#include <cstdlib>
 #include <iostream>
 
 #ifdef __SANITIZE_THREAD__
@@ -9,8 +11,20 @@
 #endif
 
 #include "mesh/base/freed_memory.h"
+#include "tests/support/hang_report.h"
 #include "tests/support/skip.h"
 #include "tests/support/skipped_cases.h"
+
+namespace {
+
+// CTest ends this program after so many seconds, as tests/CMakeLists.txt says it.
+void report_hang_before_the_end() {
+  if (const char* const seconds = std::getenv("LUMATLAS_TEST_SECONDS")) {
+    lumatlas::report_hang_after(std::chrono::seconds(std::atoi(seconds) * 9 / 10));
+  }
+}
+
+}  // namespace
 
 int main(int argc, char** argv) {
   using namespace lumatlas;
@@ -20,6 +34,7 @@ int main(int argc, char** argv) {
   const tbb::global_control one(tbb::global_control::max_allowed_parallelism, 1);
 #endif
   keep_freed_memory();
+  report_hang_before_the_end();
   const int result = Catch::Session().run(argc, argv);
   for (const SkippedCase& skipped : skipped_cases()) {
     std::cout << "not checked here: " << skipped.name << ": " << skipped.reason << '\n';
