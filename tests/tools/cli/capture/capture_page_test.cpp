@@ -157,8 +157,8 @@ void check_page(const TemporaryFolder& folder, const std::string& model) {
   const fs::path page = folder / "page";
   REQUIRE(lumatlas_here({"export", model, "--to", "web", "-o", page.string(), "--quiet"}).status == 0);
   // The page's coordinates are the model's, from which the offset is subtracted.
-  const glm::dvec3 offset = read_model(model).snapshot.surface->offset;
-  SceneViews scene = read_scene_views(model + "-capture", offset);
+  const Model built = read_model(model);
+  SceneViews scene = read_scene_views(model + "-capture", built.snapshot.surface->offset);
   correct_lenses(scene.views, read_model_notes(model), model);
   std::vector<Photograph> held_out;
   std::vector<Camera> cameras;
@@ -174,7 +174,8 @@ void check_page(const TemporaryFolder& folder, const std::string& model) {
   const std::string problem = problem_of(said);
   INFO(problem);
   CHECK(problem.empty());
-  const std::size_t stored = scene.views.size() - held_out.size();
+  const std::size_t stored = built.snapshot.views.size();
+  CHECK(stored * 2 >= scene.views.size());  // the planner may leave out some that show little of the mesh
   CHECK(said.at("photographs") == std::to_string(stored) + "/" + std::to_string(stored));
   double best = 0;
   for (std::size_t i = 0; i < held_out.size(); ++i) {
