@@ -10,6 +10,7 @@
 #include <glm/exponential.hpp>
 #include <glm/geometric.hpp>
 #include <glm/trigonometric.hpp>
+#include <glm/vector_relational.hpp>
 
 #include "mesh/base/median.h"
 #include "mesh/base/requirement.h"
@@ -19,13 +20,16 @@ namespace lumatlas {
 namespace {
 
 constexpr double kOverexposed = 0.9;      // linear light of a channel, after averaging: clipped in part
+constexpr double kAnyBrightness = 1e3;    // above every square root of linear light
 constexpr double kHighlightSlack = 0.03;  // how much darker a highlight may seem in a channel, for noise
 constexpr int kNeighboursAgreeing = 5;    // among the 3x3 blocks around one, itself included: no lone errors
 
 // Blocks of pixels of the photograph, each with the surface point at its middle.
 struct TrustGrid {
   std::uint32_t width, height;
-  std::vector<glm::dvec3> low, high;  // square roots of linear light: range over the 3x3 blocks around
+  // Square roots of linear light: range over the 3x3 blocks around. Where one of them is overexposed in a channel, and
+  // not in all, the photograph does not say how bright that channel is, and `high` is kAnyBrightness.
+  std::vector<glm::dvec3> low, high;
   [[nodiscard]] std::size_t size() const { return std::size_t{width} * height; }
 };
 
@@ -45,26 +49,37 @@ glm::dvec2 image_of(const PhotographSpan& photograph, const TrustGrid& grid, std
   return {(x + 0.5) * photograph.width / grid.width, (y + 0.5) * photograph.height / grid.height};
 }
 
+// Returns the most that the channels of a block may be, square roots of linear light. `shown`: the photograph's linear
+// light, `color` its square roots at the common exposure.
+glm::dvec3 brightest(const glm::dvec3& shown, const glm::dvec3& color) {
+  const auto clipped = glm::greaterThan(shown, glm::dvec3(kOverexposed));
+  if (glm::all(clipped)) return color;  // white says nothing of a colour, and gives way to photographs that do
+  return glm::mix(color, glm::dvec3(kAnyBrightness), clipped);
+}
+
 TrustGrid make_grid(const Pyramid& pyramid, const glm::dvec3& gain, const VisibilityBuffer& visible) {
   const PhotographSpan& photograph = pyramid.level(0);
   TrustGrid grid{visible.width, visible.height, {}, {}};
-  std::vector<glm::dvec3> middle(grid.size());
+  std::vector<glm::dvec3> middle(grid.size()), most(grid.size());
   const std::uint32_t level = pyramid.level_near(std::max(grid.width, grid.height));
   tbb::parallel_for(0u, grid.height, [&](std::uint32_t y) {
     for (std::uint32_t x = 0; x < grid.width; ++x) {
       const std::size_t at = std::size_t{y} * grid.width + x;
-      middle[at] = encoded(gain * pyramid.color(level, image_of(photograph, grid, x, y)));
+      const glm::dvec3 color = pyramid.color(level, image_of(photograph, grid, x, y));
+      middle[at] = encoded(gain * color);
+      most[at] = brightest(color, middle[at]);
     }
   });
-  grid.low = grid.high = middle;
+  grid.low = middle;
+  grid.high = most;
   for (std::uint32_t y = 0; y < grid.height; ++y) {
     for (std::uint32_t x = 0; x < grid.width; ++x) {
       const std::size_t at = std::size_t{y} * grid.width + x;
       for (std::uint32_t ny = y - (y > 0); ny <= std::min(y + 1, grid.height - 1); ++ny) {
         for (std::uint32_t nx = x - (x > 0); nx <= std::min(x + 1, grid.width - 1); ++nx) {
-          const glm::dvec3& neighbour = middle[std::size_t{ny} * grid.width + nx];
-          grid.low[at] = glm::min(grid.low[at], neighbour);
-          grid.high[at] = glm::max(grid.high[at], neighbour);
+          const std::size_t neighbour = std::size_t{ny} * grid.width + nx;
+          grid.low[at] = glm::min(grid.low[at], middle[neighbour]);
+          grid.high[at] = glm::max(grid.high[at], most[neighbour]);
         }
       }
     }
@@ -101,9 +116,12 @@ bool differs(const glm::dvec3& low, const glm::dvec3& high, const Consensus& oth
   return most > options.least_difference && most > options.least_to_spread * others.spread;
 }
 
-bool may_be_highlight(const glm::dvec3& low, const Consensus& others) {
-  return low.r > others.color.r - kHighlightSlack && low.g > others.color.g - kHighlightSlack &&
-         low.b > others.color.b - kHighlightSlack;
+bool may_be_highlight(const glm::dvec3& low, const glm::dvec3& high, const Consensus& others) {
+  for (int channel = 0; channel < 3; ++channel) {
+    const bool is_darker = low[channel] <= others.color[channel] - kHighlightSlack;
+    if (is_darker && high[channel] < kAnyBrightness) return false;
+  }
+  return true;
 }
 
 // If the mesh is wrong, views from another direction show another part, and agree on it as long as they are close to
@@ -122,7 +140,7 @@ bool is_contradicted(const glm::dvec3& low, const glm::dvec3& high, std::vector<
   if (others.size() < options.least_views || !is_wide_enough(others)) return false;
   const Consensus all = consensus(others);
   if (!differs(low, high, all, options)) return false;
-  if (!may_be_highlight(low, all)) return true;
+  if (!may_be_highlight(low, high, all)) return true;
   const double near = std::cos(glm::radians(options.highlight_deg));
   std::erase_if(others, [near](const OtherView& other) { return other.cosine < near; });
   return others.size() >= options.least_views && differs(low, high, consensus(others), options);

@@ -3,10 +3,10 @@
 // lens). Such pixels get little trust, so that they are blended only where no other view is valid.
 //
 // A highlight is the reason for a lumigraph and must stay. It adds light, so a pixel that is darker than the others in
-// some channel is no highlight. A pixel that is brighter in all channels is contradicted only by views from nearly the
-// same direction, which would show the highlight too. Where the mesh is wrong, views that stand together agree with
-// each other and with no other view. So the others must agree over half as wide an angle as the nearest of them is
-// away. The paper has no such masks.
+// some channel is no highlight; one that is overexposed in some channels is not darker there. A pixel that is brighter
+// in all channels is contradicted only by views from nearly the same direction, which would show the highlight too.
+// Where the mesh is wrong, views that stand together agree with each other and with no other view. So the others must
+// agree over half as wide an angle as the nearest of them is away. The paper has no such masks.
 #pragma once
 
 #include <cstdint>

@@ -224,6 +224,19 @@ TEST_CASE("a patch that is clipped far below what it is loses its trust where ot
   }
 }
 
+TEST_CASE("a patch that is clipped in one channel keeps its trust where other views show it unclipped") {
+  const Shading patch = with_patch({0.55, 0.2, 0.15});
+  const Camera camera = camera_on_arc(0);
+  Gallery gallery(4);
+  with_views(gallery, {-12, -6, 6, 12}, patch);
+  // 4 times 0.55 is clipped, and seems to be 0.25.
+  const Photograph photograph = gallery.relief.photograph(camera, glm::dvec3(4.0), patch);
+  CHECK(mask_of(gallery, camera, photograph, {}, 0.25).empty());
+  // Green tells that something else is there.
+  const Photograph other = gallery.relief.photograph(camera, glm::dvec3(4.0), with_patch({0.55, 0.02, 0.15}));
+  CHECK_FALSE(mask_of(gallery, camera, other, {}, 0.25).empty());
+}
+
 TEST_CASE("a highlight that is clipped keeps its trust where the others show nothing as bright") {
   Gallery gallery(4);
   with_views(gallery, {-20, -12, 12, 20});
