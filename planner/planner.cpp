@@ -165,12 +165,17 @@ Verdict Planner::offer(const std::string& name, const Camera& camera, const Phot
   return verdict;
 }
 
-Verdict Planner::reserve(const std::string& name, const Camera& camera) {
+Verdict Planner::reserve(const std::string& name, const Camera& camera, double sharpness) {
   if (store_.offered()) throw std::logic_error("planner: nothing can be reserved with max_loss_db");
+  if (!(sharpness > 0 && sharpness <= 1)) throw std::invalid_argument("planner: sharpness must be in (0, 1]");
   check(camera);
   require_room_for(name, camera);
   Verdict verdict;
-  const std::vector<CellPart> seen = look(camera, verdict);
+  std::vector<CellPart> seen = look(camera, verdict);
+  for (CellPart& entry : seen) {
+    entry.part.cell_share *= sharpness;
+    entry.part.positional *= sharpness;
+  }
   PendingDemand demand(store_, seen);
   const std::optional<Exchange> exchange = exchange_for(camera, seen, verdict);
   demand.confirm();

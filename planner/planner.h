@@ -78,9 +78,10 @@ class Planner {
   // Decides as offer() would if the photograph agreed with the others, and needs no photograph. A view that is to be
   // stored is promised a view slot; store_reserved() then stores its photograph there. Callers that know all cameras
   // reserve first, and read only the photographs that the store holds at the end. Promised views take part in every
-  // later decision, and may lose their slot to another. Throws std::logic_error with max_loss_db: a promised view that
-  // turns out to be an outlier could not be taken out of what was offered.
-  Verdict reserve(const std::string& name, const Camera& camera);
+  // later decision, and may lose their slot to another. `sharpness`, in (0, 1]: a blurred photograph counts as if it
+  // showed so small a share of each cell. Throws std::logic_error with max_loss_db: a promised view that turns out to
+  // be an outlier could not be taken out of what was offered.
+  Verdict reserve(const std::string& name, const Camera& camera, double sharpness = 1);
   // Stores the photograph of a view that still has the view slot of its verdict, and completes the verdict as offer()
   // would. An outlier gives its slot back and its demand is removed; views that left for it do not come back. Throws
   // std::logic_error unless the verdict's slot is promised to that name, and what offer() throws.

@@ -118,6 +118,10 @@ struct BuildOptions {
   // Build also where most views see next to nothing of the mesh, or it is certainly in another frame.
   bool any_mesh = false;
   StreamOrder order = StreamOrder::given;
+  // Where the store cannot hold all photographs, they are all read, and of those that show much the same a sharp one is
+  // stored rather than a blurred one. For ViewChoice::online without planner.max_loss_db and watch, and
+  // Metric::directions.
+  bool sharp_first = true;
   // With another choice than online, planner.max_bytes allows as many views as it holds of the largest one.
   ViewChoice choice = ViewChoice::online;
   std::uint64_t seed = 0;  // for StreamOrder::shuffled and ViewChoice::random

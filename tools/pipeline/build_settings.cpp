@@ -37,6 +37,8 @@ Settings<BuildOptions> stream_settings() {
            {"random", ViewChoice::random}},
           "Choice of the photographs: by the planner, one after the other; to compare with, by one that knows all "
           "cameras, evenly spaced, at random"),
+      switch_setting("stream.sharp-first", &Options::sharp_first,
+                     "Store sharp photographs rather than blurred ones of the same; reads all of them"),
       whole_setting("stream.seed", &Options::seed, "N", whole_number_rule(0),
                     "Seed of stream.order shuffled and stream.choice random"),
   };

@@ -205,7 +205,8 @@ void plan_views(const PlanningInput& input, const BuildCallback& callback, const
   } else if (options.planner.max_loss_db) {
     streaming.offer_all(stream);
   } else {
-    streaming.plan_ahead(stream);
+    streaming.plan_ahead(stream, options.sharp_first && stream.size() > atlas.capacity() &&
+                                     options.planner.coverage.metric == CoverageOptions::Metric::directions);
   }
   refinement.finish(callback);
   result.revisited = planner.refiner().revisited();

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "tools/pipeline/streaming.h"
 
+#include <tbb/parallel_for.h>
+
 #include <algorithm>
 #include <chrono>
 #include <nlohmann/json.hpp>
@@ -10,6 +12,7 @@
 
 #include "mesh/base/errors.h"
 #include "tools/base/elapsed.h"
+#include "tools/pipeline/sharpness.h"
 
 namespace lumatlas {
 
@@ -101,13 +104,37 @@ void Streaming::keep_chosen(const Stream& stream, const std::vector<std::size_t>
   stage.finish();
 }
 
+// A photograph that cannot be read counts as sharp: if it is chosen, the user is told.
+std::vector<double> Streaming::sharpness_of(const Stream& stream) const {
+  constexpr std::size_t kAtOnce = 16;  // photographs between two reports of progress
+  std::vector<Camera> cameras;
+  for (const SceneView* view : stream) cameras.push_back(view->camera);
+  std::vector<std::optional<double>> details(stream.size());
+  BuildStage stage(callback_, "looking for blurred photographs", stream.size());
+  for (std::size_t first = 0; first < stream.size(); first += kAtOnce) {
+    const std::size_t end = std::min(first + kAtOnce, stream.size());
+    tbb::parallel_for(first, end, [&](std::size_t place) {
+      try {
+        details[place] = fine_detail(load_photograph(*stream[place]));
+      } catch (const InputError&) {
+        details[place].reset();
+      }
+    });
+    for (std::size_t place = first; place < end; ++place) stage.tick();
+  }
+  stage.finish();
+  return relative_sharpness(cameras, details);
+}
+
 // Returns the places in the stream of the views that the store would hold at its end, ascending.
-std::vector<std::size_t> Streaming::reserve_all(const Stream& stream) {
+std::vector<std::size_t> Streaming::reserve_all(const Stream& stream, bool sharp_first) {
+  const std::vector<double> sharpness = sharp_first ? sharpness_of(stream) : std::vector<double>(stream.size(), 1);
   BuildStage stage(callback_, "planning views", stream.size());
-  for (const SceneView* view : stream) {
+  for (std::size_t i = 0; i < stream.size(); ++i) {
+    const SceneView* const view = stream[i];
     PlannedView planned;
     planned.name = view->name;
-    planned.verdict = planner_.reserve(view->name, view->camera);
+    planned.verdict = planner_.reserve(view->name, view->camera, sharpness[i]);
     planned.summed_coverage = planner_.store().summed_coverage();
     result_.planned.push_back(std::move(planned));
     stage.tick();
@@ -138,8 +165,8 @@ void Streaming::refill(const Stream& stream, const std::vector<std::size_t>& fil
   stage.finish();
 }
 
-void Streaming::plan_ahead(const Stream& stream) {
-  const std::vector<std::size_t> places = reserve_all(stream);
+void Streaming::plan_ahead(const Stream& stream, bool sharp_first) {
+  const std::vector<std::size_t> places = reserve_all(stream, sharp_first);
   bool outliers = false;
   BuildStage stage(callback_, "storing views", places.size());
   for (const std::size_t place : places) {

@@ -40,14 +40,16 @@ class Streaming {
   // Stores the views at these places of the stream, ascending, whatever they are worth.
   void keep_chosen(const Stream& stream, const std::vector<std::size_t>& chosen);
   // All cameras are known before the first photograph is read. So the planner goes through them first, and only the
-  // photographs that are still in the store at the end of the stream are read, refined and stored.
-  void plan_ahead(const Stream& stream);
+  // photographs that are still in the store at the end of the stream are refined and stored. `sharp_first`: they are
+  // all read before that, to see which ones are blurred.
+  void plan_ahead(const Stream& stream, bool sharp_first);
   // Offers views as they come, until no more come. Leaves in `views` what was offered, in that order.
   void run_watched(WatchedScene& scene, std::vector<SceneView>& views);
 
  private:
   [[nodiscard]] PlannedView offer(const SceneView& view);
-  [[nodiscard]] std::vector<std::size_t> reserve_all(const Stream& stream);
+  [[nodiscard]] std::vector<double> sharpness_of(const Stream& stream) const;
+  [[nodiscard]] std::vector<std::size_t> reserve_all(const Stream& stream, bool sharp_first);
   void refill(const Stream& stream, const std::vector<std::size_t>& filled);
 
   Planner& planner_;

@@ -230,6 +230,7 @@ void check_same_model(const BuildResult& a, const BuildResult& b) {
 TEST_CASE("a scene that fills up becomes the model that it would have become with all photographs there at once") {
   const bool refined = GENERATE(false, true);
   BuildOptions options = options_for(refined ? kViews : 8);
+  options.sharp_first = false;  // a photograph is offered as it comes, whatever comes later
   options.refine = refined ? RefineMode::joint : RefineMode::none;
   options.refine_lenses = false;
   if (refined) {
@@ -260,6 +261,7 @@ TEST_CASE("a scene that fills up becomes the model that it would have become wit
 
 TEST_CASE("poses that are listed later are taken, also where their file was seen half written") {
   BuildOptions options = options_for(8);
+  options.sharp_first = false;
   options.planner.coverage.ideal_distance = 2;  // it would go by the cameras that are listed first
   const FillingScene whole, filling(6);
   whole.add_all();
@@ -557,10 +559,12 @@ TEST_CASE("a view that is larger than the budget is named with its bytes before 
 }
 
 TEST_CASE("only photographs that the store holds in the end are read, and one of those that is cut off is named") {
+  BuildOptions options = options_for(6);
+  options.sharp_first = false;  // which reads all of them
   const TemporaryFolder folder;
   const std::filesystem::path scene = folder / "scene";
   std::filesystem::copy(small_scene(), scene, std::filesystem::copy_options::recursive);
-  const BuildResult whole = build_model(scene, options_for(6));
+  const BuildResult whole = build_model(scene, options);
   std::vector<std::string> names;
   for (const auto& view : whole.snapshot.views) {
     if (view) names.push_back(view->name);
@@ -574,11 +578,11 @@ TEST_CASE("only photographs that the store holds in the end are read, and one of
     if (!in_the_end) cut_off(scene / "images" / view.name);
   }
   CHECK(left_again > 0);
-  CHECK(stored(build_model(scene, options_for(6))) == stored(whole));
+  CHECK(stored(build_model(scene, options)) == stored(whole));
   const std::filesystem::path last = scene / "images" / names.back();
   cut_off(last);
   try {
-    (void)build_model(scene, options_for(6));
+    (void)build_model(scene, options);
     FAIL("a photograph that was cut off was stored");
   } catch (const InputError& error) {
     CHECK_THAT(error.what(), Catch::StartsWith(last.string() + ": "));

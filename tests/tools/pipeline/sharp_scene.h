@@ -47,18 +47,21 @@ inline void write_changed(const std::filesystem::path& scene, const std::filesys
 // Every value is the mean of its surroundings, five pixels wide.
 inline void blur(Photograph& photograph) {
   const Photograph sharp = photograph;
-  const auto width = static_cast<int>(sharp.width), height = static_cast<int>(sharp.height);
-  for (int y = 0; y < height; ++y) {
-    for (int x = 0; x < width; ++x) {
-      for (int channel = 0; channel < 3; ++channel) {
+  const auto width = std::ptrdiff_t{sharp.width}, height = std::ptrdiff_t{sharp.height};
+  const auto place = [&](std::ptrdiff_t x, std::ptrdiff_t y, std::ptrdiff_t channel) {
+    return static_cast<std::size_t>(3 * (y * width + x) + channel);
+  };
+  for (std::ptrdiff_t y = 0; y < height; ++y) {
+    for (std::ptrdiff_t x = 0; x < width; ++x) {
+      for (std::ptrdiff_t channel = 0; channel < 3; ++channel) {
         int sum = 0;
-        for (int dy = -2; dy <= 2; ++dy) {
-          for (int dx = -2; dx <= 2; ++dx) {
-            const int row = std::clamp(y + dy, 0, height - 1), column = std::clamp(x + dx, 0, width - 1);
-            sum += sharp.rgb[static_cast<std::size_t>(3 * (row * width + column) + channel)];
+        for (std::ptrdiff_t dy = -2; dy <= 2; ++dy) {
+          for (std::ptrdiff_t dx = -2; dx <= 2; ++dx) {
+            const std::ptrdiff_t row = std::clamp<std::ptrdiff_t>(y + dy, 0, height - 1);
+            sum += sharp.rgb[place(std::clamp<std::ptrdiff_t>(x + dx, 0, width - 1), row, channel)];
           }
         }
-        photograph.rgb[static_cast<std::size_t>(3 * (y * width + x) + channel)] = static_cast<std::uint8_t>(sum / 25);
+        photograph.rgb[place(x, y, channel)] = static_cast<std::uint8_t>(sum / 25);
       }
     }
   }

@@ -133,13 +133,15 @@ TEST_CASE("the fields of structs that commands have options for are rows where t
   {
     const auto [mesh, mesh_frame, georeference, pictures, cells, faces, completion, measure_deviation, close_holes,
                 visibility_by, planner, refine, max_polish_steps, refine_lenses, max_views, tiles, tight_tiles, bound,
-                memory, least_scale, texture_px, hold_out, watch, any_mesh, order, choice, seed] = BuildOptions();
+                memory, least_scale, texture_px, hold_out, watch, any_mesh, order, sharp_first, choice, seed] =
+        BuildOptions();
     CHECK(count_of(mesh, mesh_frame, georeference, pictures, cells, faces, completion, measure_deviation, close_holes,
                    visibility_by, planner, refine, max_polish_steps, refine_lenses, max_views, tiles, tight_tiles,
-                   bound, memory, least_scale, texture_px, hold_out, watch, any_mesh, order, choice, seed) == 27);
-    // measure_deviation, max_polish_steps, refine_lenses, tight_tiles, least_scale, order, choice, seed, and
-    // far_sphere of completion; the others are options, follow from --budget and --loss, or have tables.
-    CHECK(build_settings().size() == 9 + planner_settings().size() + cell_settings().size() + tile_settings().size());
+                   bound, memory, least_scale, texture_px, hold_out, watch, any_mesh, order, sharp_first, choice,
+                   seed) == 28);
+    // measure_deviation, max_polish_steps, refine_lenses, tight_tiles, least_scale, order, sharp_first, choice, seed,
+    // and far_sphere of completion; the others are options, follow from --budget and --loss, or have tables.
+    CHECK(build_settings().size() == 10 + planner_settings().size() + cell_settings().size() + tile_settings().size());
   }
 }
 
