@@ -60,8 +60,13 @@ std::string progress_text(const PlaybackProgress& progress) {
       " s: " + std::to_string(live.offered) + " photographs came, " + std::to_string(live.held) + " are in the model";
   if (live.waiting > 0) line += ", " + std::to_string(live.waiting) + " wait";
   if (live.dropped > 0) line += ", " + std::to_string(live.dropped) + " were given up for others";
-  line += "; of " + std::to_string(live.depths_given) + " depth images " + std::to_string(live.fusion.count) +
-          " are fused, into " + std::to_string(live.faces) + " faces";
+  if (live.pieces_given > 0) {
+    line += "; " + std::to_string(live.pieces_given) + " pieces of surface came, of " + std::to_string(live.faces) +
+            " faces together";
+  } else {
+    line += "; of " + std::to_string(live.depths_given) + " depth images " + std::to_string(live.fusion.count) +
+            " are fused, into " + std::to_string(live.faces) + " faces";
+  }
   return line + '\n';
 }
 
@@ -116,6 +121,7 @@ nlohmann::json live_json(const PlaybackRecord& record) {
       {"ended_early", record.ended_early},
       {"dropped_views", live.dropped},
       {"depths", {{"given", live.depths_given}, {"dropped", live.depths_dropped}, {"refused", live.depths_refused}}},
+      {"pieces", {{"given", live.pieces_given}, {"refused", live.pieces_refused}}},
       {"offer_ms", spread_json(record.offer_ms)},
       {"moments", moments_json(record.moments)},
       {"moving_ms", times_json(live.moving)},
@@ -196,8 +202,9 @@ void show_finish(const LiveFlags& flags, std::optional<EndRequest>& end_request,
     end_request.reset();
     end_request.emplace();
     if (quiet) return;
-    std::cerr << "finishing: fusing " << depths << " depth images again in fine voxels, and choosing among "
-              << photographs << " photographs; Ctrl-C saves the model without that\n";
+    std::cerr << "finishing: ";
+    if (depths > 0) std::cerr << "fusing " << depths << " depth images again in fine voxels, and ";
+    std::cerr << "choosing among " << photographs << " photographs; Ctrl-C saves the model without that\n";
   };
   callbacks.fusing = [&end_request, bars = bars_on_standard_error(flags.quiet)](const std::string& stage,
                                                                                 std::size_t steps) {

@@ -86,6 +86,7 @@ struct LiveModel::State {
 
   LiveVerdict offer(const std::string& name, const Camera& camera, PhotographSource photograph);
   void fuse(const std::string& name, const Camera& camera, std::function<DepthImage()> depth);
+  bool replace_piece(std::uint32_t id, TriangleSoup piece);
   void move_views(std::vector<MovedView> views);
   std::shared_ptr<const Snapshot> snapshot();
   LiveStatus status_now();
@@ -108,7 +109,8 @@ struct LiveModel::State {
   std::exception_ptr failure;
   std::shared_ptr<Atlas> shown_atlas;  // `atlas`, once there is one
 
-  // The surface that offers are decided on, how many of the given depth frames it has, and what is covered on it.
+  // The surface that offers are decided on, how many of the given depth frames or pieces it has, and what is covered
+  // on it.
   std::shared_ptr<const LiveSight> sight;
   std::uint64_t sight_depths = 0;
   std::unique_ptr<LiveCoverage> coverage;
@@ -123,11 +125,16 @@ struct LiveModel::State {
   std::vector<WaitingDepth> depths;
   std::vector<MovedView> depth_moves;  // that the surface has not been told yet
   bool depths_busy = false;
-  std::uint64_t fused_unshown = 0;  // depth frames that the last surface does not have
+  std::map<std::uint32_t, TriangleSoup> pieces;  // that the surface does not have yet
+  // Sizes of all pieces, by number, and their sums.
+  std::map<std::uint32_t, std::pair<std::size_t, std::size_t>> piece_sizes;
+  std::size_t piece_vertices = 0, piece_faces = 0;
+  bool distance_is_open = false;    // pieces were given, and no view has seen one yet
+  std::uint64_t fused_unshown = 0;  // depth frames and pieces that the last surface does not have
   LiveClock::time_point next_surface{};
   struct Grown {
     GrownSurface surface;
-    std::uint64_t depths = 0;  // of those given
+    std::uint64_t depths = 0;  // of those given; or of the pieces
   };
   std::optional<Grown> grown;
   LiveClock::time_point next_taking{};
@@ -162,12 +169,14 @@ struct LiveModel::State {
 
   // Called with the mutex locked.
   [[nodiscard]] bool depths_rest() const {
-    return depths.empty() && !depths_busy && fused_unshown == 0 && depth_moves.empty() && status.depths_to_move == 0;
+    return depths.empty() && pieces.empty() && !depths_busy && fused_unshown == 0 && depth_moves.empty() &&
+           status.depths_to_move == 0;
   }
   [[nodiscard]] bool all_rests() const;
   [[nodiscard]] bool is_ready(const WaitingView& view, std::uint64_t surface_depths) const;
   [[nodiscard]] std::optional<std::size_t> next_view() const;
   [[nodiscard]] bool may_take_surface() const;
+  [[nodiscard]] bool has_surface_to_make() const;
   [[nodiscard]] bool may_make_surface() const;
   void note_passed(const Camera& camera);
   void give_up(std::size_t place, LiveVerdict& verdict);
@@ -185,7 +194,9 @@ struct LiveModel::State {
   void fuse_next(Lock& lock);
   void take_depth_moves(Lock& lock);
   void fuse_again(Lock& lock);
+  void take_pieces(Lock& lock);
   void make_surface(Lock& lock);
+  bool find_distance(Lock& lock);
 
   // Called without the lock.
   void recount(const std::vector<Undecided>& views, const LiveSight& next, LiveCoverage& fresh,
@@ -262,8 +273,13 @@ bool LiveModel::State::may_take_surface() const {
   return grown && (!next_view() || LiveClock::now() >= next_taking);
 }
 
+// The distance that pieces are seen from comes of the views that wait.
+bool LiveModel::State::has_surface_to_make() const {
+  return fused_unshown > 0 && !grown && (!distance_is_open || finishing || !waiting.empty());
+}
+
 bool LiveModel::State::may_make_surface() const {
-  if (fused_unshown == 0 || grown) return false;
+  if (!has_surface_to_make()) return false;
   return finishing ? depths.empty() && depth_moves.empty() && status.depths_to_move == 0
                    : LiveClock::now() >= next_surface;
 }
@@ -299,7 +315,7 @@ LiveVerdict LiveModel::State::offer(const std::string& name, const Camera& camer
     verdict.news = coverage->news(seen);
     worth = coverage->is_worth(seen);
   }
-  const bool grows = status.depths_given > sight_depths;
+  const bool grows = status.depths_given + status.pieces_given > sight_depths;
   if (!worth && !(grows && seen.empty > kMuchUnseen)) {
     verdict.decision = sight ? LiveDecision::not_needed : LiveDecision::not_covered;
     ++status.not_needed;
@@ -309,7 +325,7 @@ LiveVerdict LiveModel::State::offer(const std::string& name, const Camera& camer
   }
   verdict.decision = worth ? LiveDecision::chosen : LiveDecision::not_yet;
   WaitingView view{name, camera, std::move(photograph), now, offers_++, verdict.news, std::nullopt, 0};
-  if (!worth) view.for_depths = status.depths_given;
+  if (!worth) view.for_depths = status.depths_given + status.pieces_given;
   if (sight) view.counted = coverage->add_waiting(seen);
   waiting.push_back(std::move(view));
   while (waiting.size() > options.waiting_views) give_up(least_useful(waiting), verdict);
@@ -331,6 +347,7 @@ void LiveModel::State::fuse(const std::string& name, const Camera& camera, std::
   if (!depth) throw std::invalid_argument("live: there is no function for the depth frame");
   const std::lock_guard<std::mutex> lock(mutex);
   require_going();
+  if (status.pieces_given > 0) throw std::logic_error("live: a depth frame comes after pieces of surface");
   ++status.depths_given;
   depths.push_back({name, camera, std::move(depth)});
   if (depths.size() > options.waiting_depths) {
@@ -338,6 +355,35 @@ void LiveModel::State::fuse(const std::string& name, const Camera& camera, std::
     ++status.depths_dropped;
   }
   changed.notify_all();
+}
+
+bool LiveModel::State::replace_piece(std::uint32_t id, TriangleSoup piece) {
+  check_piece(piece);
+  if (piece.faces.empty()) piece = {};
+  TriangleSoup replaced;  // is freed without the lock
+  const std::lock_guard<std::mutex> lock(mutex);
+  require_going();
+  if (status.depths_given > 0) throw std::logic_error("live: a piece of surface comes after depth frames");
+  const auto before = piece_sizes.find(id);
+  std::pair<std::size_t, std::size_t> old;
+  if (before != piece_sizes.end()) old = before->second;
+  const std::size_t most = options.surface.max_piece_faces;
+  const std::size_t vertices = piece_vertices - old.first + piece.positions.size();
+  const std::size_t faces = piece_faces - old.second + piece.faces.size();
+  if (std::max(vertices, faces) > most) {
+    ++status.pieces_refused;
+    status.last_failure = "the pieces of surface would have more than " + std::to_string(most) + " faces or vertices";
+    return false;
+  }
+  if (status.pieces_given == 0) distance_is_open = true;
+  ++status.pieces_given;
+  piece_vertices = vertices;
+  piece_faces = faces;
+  piece_sizes[id] = {piece.positions.size(), piece.faces.size()};
+  if (piece.faces.empty()) piece_sizes.erase(id);
+  replaced = std::exchange(pieces[id], std::move(piece));
+  changed.notify_all();
+  return true;
 }
 
 void LiveModel::State::move_views(std::vector<MovedView> views) {
@@ -603,9 +649,10 @@ void LiveModel::State::run_depths() {
   int fused = 0;  // depth frames since the last one was moved
   for (;;) {
     const auto has_work = [&] {
-      return is_over() || !depths.empty() || !depth_moves.empty() || status.depths_to_move > 0 || may_make_surface();
+      return is_over() || !depths.empty() || !pieces.empty() || !depth_moves.empty() || status.depths_to_move > 0 ||
+             may_make_surface();
     };
-    if (fused_unshown > 0 && !grown && !finishing) {
+    if (has_surface_to_make() && !finishing) {
       changed.wait_until(lock, next_surface, has_work);
     } else {
       changed.wait(lock, has_work);
@@ -614,6 +661,8 @@ void LiveModel::State::run_depths() {
     depths_busy = true;
     if (!depth_moves.empty()) {
       take_depth_moves(lock);
+    } else if (!pieces.empty()) {
+      take_pieces(lock);
     } else if (may_make_surface()) {
       make_surface(lock);
     } else if (status.depths_to_move > 0 && (depths.empty() || fused >= kFusedAMove)) {
@@ -681,13 +730,49 @@ void LiveModel::State::fuse_again(Lock& lock) {
   status.depths_to_move = follows_moves ? surface.moved() : 0;
 }
 
+void LiveModel::State::take_pieces(Lock& lock) {
+  std::map<std::uint32_t, TriangleSoup> next = std::exchange(pieces, {});
+  lock.unlock();
+  const std::size_t count = next.size();
+  for (auto& [id, piece] : next) surface.replace_piece(id, std::move(piece));
+  lock.lock();
+  fused_unshown += count;
+}
+
+// Returns false if no waiting view sees a piece.
+bool LiveModel::State::find_distance(Lock& lock) {
+  std::vector<Camera> cameras;
+  for (const WaitingView& view : waiting) cameras.push_back(view.camera);
+  const bool guesses = finishing;
+  lock.unlock();
+  bool found = surface.find_distance(cameras);
+  if (!found && guesses) {
+    surface.guess_distance();
+    found = true;
+  }
+  lock.lock();
+  if (found) distance_is_open = false;
+  return found;
+}
+
 void LiveModel::State::make_surface(Lock& lock) {
-  const std::uint64_t with = status.depths_given - depths.size();
+  if (distance_is_open && !find_distance(lock)) {
+    next_surface = LiveClock::now() + options.surface_interval;
+    return;
+  }
+  const std::uint64_t with = status.depths_given - depths.size() + status.pieces_given - pieces.size();
   const auto show = finishing ? GrowingFusion::Show::everything : GrowingFusion::Show::what_changed;
   lock.unlock();
   const LiveStopwatch stopwatch;
-  std::optional<GrownSurface> made = surface.grow(show);
+  std::optional<GrownSurface> made;
+  std::string why;
+  try {
+    made = surface.grow(show);
+  } catch (const InputError& error) {
+    why = error.what();
+  }
   lock.lock();
+  if (!why.empty()) status.last_failure = why;
   const double ms = stopwatch.stop(status.surface_making);
   fused_unshown = 0;
   if (made) grown = Grown{std::move(*made), with};
@@ -747,6 +832,10 @@ LiveVerdict LiveModel::offer(const std::string& name, const Camera& camera, Phot
 
 void LiveModel::fuse(const std::string& name, const Camera& camera, std::function<DepthImage()> depth) {
   state_->fuse(name, camera, std::move(depth));
+}
+
+bool LiveModel::replace_piece(std::uint32_t id, TriangleSoup piece) {
+  return state_->replace_piece(id, std::move(piece));
 }
 
 void LiveModel::move_views(std::vector<MovedView> views) {

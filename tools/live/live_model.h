@@ -10,10 +10,12 @@
 //   }
 //   const LiveResult model = live.finish();
 //
-// offer(), fuse() and move_views() never wait for work: they decide, put what is to be done into a bounded queue, and
-// return. Two threads work. One fuses depth frames and makes surfaces of them. The other stores the chosen views and
-// takes over surfaces and poses. Each stored view, surface and set of poses is one edit of the store: a snapshot has
-// all of it or nothing. The depths and masks of stored views follow a surface view by view.
+// A program that has a mesh of its own gives pieces of that instead of depth frames: replace_piece().
+//
+// offer(), fuse(), replace_piece() and move_views() never wait for work: they decide, put what is to be done into a
+// bounded queue, and return. Two threads work. One fuses depth frames and makes surfaces of them. The other stores the
+// chosen views and takes over surfaces and poses. Each stored view, surface and set of poses is one edit of the store:
+// a snapshot has all of it or nothing. The depths and masks of stored views follow a surface view by view.
 //
 // All coordinates are relative to one origin near the scene, which the caller subtracts: positions become floats.
 #pragma once
@@ -80,6 +82,7 @@ struct LiveStatus {
   std::uint64_t stored = 0, outliers = 0;                                  // views, by the planner
   std::uint32_t held = 0, waiting = 0;                                     // views in the store and in the queue
   std::uint64_t depths_given = 0, depths_dropped = 0, depths_refused = 0;  // refused: unreadable, or no room
+  std::uint64_t pieces_given = 0, pieces_refused = 0;                      // of surface; refused: no room
   LiveTimes fusion, surface_making, surface_taking, depth_renewing, storing;
   LiveTimes moving, fusing_again;      // of stored views, and of depth frames, to their new poses
   std::uint64_t depths_to_move = 0;    // that the surface has at other poses than their last ones
@@ -121,6 +124,15 @@ class LiveModel {
   // another one's is given up. A frame with a name is kept for move_views(); an empty name keeps nothing. Throws as
   // offer().
   void fuse(const std::string& name, const Camera& camera, std::function<DepthImage()> depth);
+  // Brings a piece of the surface under a number, replaces the piece that has it, or removes that if the new one has no
+  // faces. The surface of the model is the join of all pieces: vertices at the same coordinates are one, so that pieces
+  // which meet in them have no seam. Faces count from their front, whose corners turn counterclockwise. The first view
+  // that sees a piece gives the distance that cells are made by, and no surface is shown before. The last surface stays
+  // while there is no piece. move_views() does not move pieces: the caller replaces those that a loop closure moves.
+  // Returns false, and keeps the piece before, if all pieces would have more than surface.max_piece_faces faces or
+  // vertices. A model has pieces or depth frames: throws std::logic_error if a depth frame was given before, as fuse()
+  // does if a piece was; and what check_piece() throws.
+  bool replace_piece(std::uint32_t id, TriangleSoup piece);
   // Gives views and depth frames other poses, by name; other names have no effect. Stored views, and what waits, take
   // them at once. A depth frame that was fused is taken out of the surface and fused again, frame by frame, between
   // those that come.

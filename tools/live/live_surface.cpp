@@ -11,6 +11,7 @@
 #include "mesh/base/median.h"
 #include "mesh/base/requirement.h"
 #include "mesh/cells/cell_growth.h"
+#include "mesh/cells/split_faces.h"
 #include "mesh/repair/repair.h"
 #include "tools/live/kept_depths.h"
 #include "tools/meshing/cut/small_pieces.h"
@@ -28,7 +29,15 @@ constexpr std::size_t kFewestFaces = 60;  // fewest faces of a piece that is not
 constexpr double kGlance = 0.05;
 constexpr double kMostDepths = 0.9;
 constexpr double kStepsPerVoxel = 64;
-constexpr double kSettled = 0.02;  // voxels that what a frame sees may be off
+constexpr double kFarthestVertex = 1e10;       // scene units
+constexpr double kSettled = 0.02;              // voxels that what a frame sees may be off
+constexpr std::uint32_t kLookedAtPixels = 64;  // sides of the pictures that the usual distance is found by
+
+// Returns the time since `start`, which becomes now; milliseconds.
+double lap_ms(std::chrono::steady_clock::time_point& start) {
+  const auto now = std::chrono::steady_clock::now();
+  return std::chrono::duration<double, std::milli>(now - std::exchange(start, now)).count();
+}
 
 std::vector<double> measured_depths(const DepthImage& image) {
   constexpr std::size_t kEvery = 7;  // pixels
@@ -61,6 +70,20 @@ void check(const LiveSurfaceOptions& options) {
   live_surface_requires(std::isfinite(options.cell_size) && options.cell_size >= 0, "cell_size", options.cell_size,
                         "finite and not negative");
   live_surface_requires(options.max_blocks >= 1, "max_blocks", 0, "at least 1");
+  live_surface_requires(options.max_piece_faces >= 1, "max_piece_faces", 0, "at least 1");
+}
+
+void check_piece(const TriangleSoup& piece) {
+  if (!piece.colors.empty()) throw std::invalid_argument("live surface: a piece has colours");
+  for (const glm::dvec3& position : piece.positions) {
+    const glm::dvec3 off = glm::abs(position);
+    if (!(off.x < kFarthestVertex && off.y < kFarthestVertex && off.z < kFarthestVertex))
+      throw std::invalid_argument("live surface: a piece has a vertex that is not finite or too far from the origin");
+  }
+  for (const glm::uvec3& face : piece.faces) {
+    if (std::max({face.x, face.y, face.z}) >= piece.positions.size())
+      throw std::invalid_argument("live surface: a piece has a face that refers to no vertex");
+  }
 }
 
 LiveSurface::LiveSurface(const LiveSurfaceOptions& options) : options_(options) {
@@ -75,7 +98,7 @@ LiveSurface::~LiveSurface() = default;
 void LiveSurface::start(const DepthImage& image) {
   std::vector<double> depths = measured_depths(image);
   if (depths.empty()) return;
-  usual_distance_ = upper_median(depths);
+  set_distance(upper_median(depths));
   const double far = percentile(depths, kMostDepths);
   FusionOptions fusion;
   voxel_ = options_.voxel.value_or(kLiveVoxelPixels * usual_distance_ / image.camera.fx);
@@ -83,13 +106,18 @@ void LiveSurface::start(const DepthImage& image) {
   fusion.truncation = kTruncationVoxels * fusion.voxel;
   fusion.least_weight = kGlance / (far * far);
   fusion.max_blocks = options_.max_blocks;
-  if (options_.cell_size == 0) options_.cell_size = usual_distance_ / kCellsPerDistance;
   fusion_ = std::make_unique<GrowingFusion>(fusion);
+}
+
+void LiveSurface::set_distance(double distance) {
+  usual_distance_ = distance;
+  if (options_.cell_size == 0) options_.cell_size = usual_distance_ / kCellsPerDistance;
   visibility_ = std::make_unique<GrowingVisibility>(kCubeSide * usual_distance_);
 }
 
 bool LiveSurface::add(const DepthImage& image, const std::string& name) {
   check(image);
+  if (has_pieces_) throw std::logic_error("live surface: a depth frame comes after pieces of surface");
   if (!fusion_) start(image);
   if (!fusion_) return false;
   const RoundedDepth rounded = rounded_depth(image.depth, voxel_ / kStepsPerVoxel);
@@ -148,35 +176,93 @@ bool LiveSurface::follow_move() {
   return true;
 }
 
-std::optional<GrownSurface> LiveSurface::grow(GrowingFusion::Show show) {
-  if (!fusion_) return std::nullopt;
-  GrowingTimes times;
+void LiveSurface::replace_piece(std::uint32_t id, TriangleSoup piece) {
+  if (fusion_) throw std::logic_error("live surface: a piece of surface comes after depth frames");
+  check_piece(piece);
+  has_pieces_ = true;
+  if (piece.faces.empty()) {
+    pieces_.erase(id);
+  } else {
+    pieces_.insert_or_assign(id, std::move(piece));
+  }
+}
+
+TriangleSoup LiveSurface::joined_pieces() const {
+  TriangleSoup all;
+  for (const auto& [id, piece] : pieces_) {
+    const auto first = static_cast<std::uint32_t>(all.positions.size());
+    all.positions.insert(all.positions.end(), piece.positions.begin(), piece.positions.end());
+    for (const glm::uvec3& face : piece.faces) all.faces.push_back(face + first);
+  }
+  return all;
+}
+
+bool LiveSurface::find_distance(std::span<const Camera> cameras) {
+  if (pieces_.empty() || cameras.empty()) return false;
+  Mesh mesh;
+  const TriangleSoup all = joined_pieces();
+  mesh.positions.assign(all.positions.begin(), all.positions.end());
+  mesh.faces = all.faces;
+  const std::unique_ptr<Visibility> visibility = make_ray_visibility(mesh);
+  std::vector<double> depths;
+  for (const Camera& camera : cameras) {
+    for (const float depth : visibility->trace(camera.shrunk_to(kLookedAtPixels)).depth) {
+      if (std::isfinite(depth)) depths.push_back(depth);
+    }
+  }
+  if (depths.empty()) return false;
+  set_distance(upper_median(depths));
+  return true;
+}
+
+void LiveSurface::guess_distance() {
+  const Bounds box = bounds(joined_pieces());
+  const double diagonal = box.empty() ? 0 : glm::distance(box.min, box.max);
+  set_distance(diagonal > 0 ? diagonal / 2 : 1);
+}
+
+std::optional<Mesh> LiveSurface::joined_mesh(GrowingTimes& times) const {
   auto start = std::chrono::steady_clock::now();
-  const auto lap = [&](double& ms) {
-    const auto now = std::chrono::steady_clock::now();
-    ms = std::chrono::duration<double, std::milli>(now - std::exchange(start, now)).count();
-  };
+  const TriangleSoup soup = joined_pieces();
+  times.cutting = lap_ms(start);
+  Mesh mesh = split_large_faces(repair(soup, glm::dvec3(0)).mesh, options_.cell_size);
+  times.repairing = lap_ms(start);
+  return mesh;
+}
+
+std::optional<Mesh> LiveSurface::fused_mesh(GrowingFusion::Show show, GrowingTimes& times) {
+  auto start = std::chrono::steady_clock::now();
   TriangleSoup soup = fusion_->surface(show);
   (void)remove_small_pieces(soup, kFewestFaces);
   if (soup.faces.empty()) return std::nullopt;
   turn_to_scene(soup);
-  lap(times.cutting);
+  times.cutting = lap_ms(start);
+  Mesh mesh = repair(soup, glm::dvec3(0)).mesh;
+  times.repairing = lap_ms(start);
+  return mesh;
+}
+
+std::optional<GrownSurface> LiveSurface::grow(GrowingFusion::Show show) {
+  if (usual_distance_ == 0 || (!fusion_ && pieces_.empty())) return std::nullopt;
+  GrowingTimes times;
+  std::optional<Mesh> mesh = fusion_ ? fused_mesh(show, times) : joined_mesh(times);
+  if (!mesh) return std::nullopt;
   auto surface = std::make_shared<Surface>();
-  surface->mesh = repair(soup, glm::dvec3(0)).mesh;
-  lap(times.repairing);
+  surface->mesh = std::move(*mesh);
+  auto start = std::chrono::steady_clock::now();
   surface->offset = options_.offset;
   CellOptions cells;
   cells.size = options_.cell_size;
   const Surface nothing;
   const Surface& before = last_ ? *last_ : nothing;
   const std::vector<FaceId> matches = match_faces(before.mesh, surface->mesh);
-  lap(times.matching);
+  times.matching = lap_ms(start);
   CellGrowth growth = grow_cells(before.mesh, before.cells, surface->mesh, matches, cells);
   surface->cells = std::move(growth.cells);
   last_ = surface;
-  lap(times.cells);
+  times.cells = lap_ms(start);
   std::shared_ptr<const Visibility> visibility = visibility_->of(surface->mesh);
-  lap(times.tree);
+  times.tree = lap_ms(start);
   return GrownSurface{std::move(surface), std::move(visibility), std::move(growth.previous_cell),
                       std::move(growth.changed), times};
 }

@@ -1,19 +1,21 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// A surface that grows with the depth frames of a stream, and follows frames whose poses turn out to be others. Each
-// version keeps the faces, and so the cells, of what has hardly changed since the one before. Erat et al. 2019, section
-// 5, ask for it.
+// A surface that grows with the depth frames of a stream, and follows frames whose poses turn out to be others. Or it
+// is the join of pieces that the caller has meshed. Each version keeps the faces, and so the cells, of what has hardly
+// changed since the one before. Erat et al. 2019, section 5, ask for it.
 //
-// Every version is made whole: cut out of all voxels, repaired and divided into cells. The time of a version grows with
-// the scene therefore, and tools/live/README.md has measurements.
+// Every version is made whole: cut out of all voxels or joined, repaired and divided into cells. The time of a version
+// grows with the scene therefore, and tools/live/README.md has measurements.
 #pragma once
 
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <glm/vec3.hpp>
+#include <map>
 #include <memory>
 #include <optional>
 #include <set>
+#include <span>
 #include <string>
 #include <unordered_map>
 #include <vector>
@@ -34,6 +36,8 @@ struct LiveSurfaceOptions {
   // Largest number of blocks of the volume, >= 1; a block has 512 voxels and takes 8 KiB. Depth frames that would need
   // more blocks are refused.
   std::size_t max_blocks = std::size_t{1} << 16U;
+  // Largest number of faces, and of vertices, of all pieces together, >= 1. A piece beyond is refused.
+  std::size_t max_piece_faces = 5'000'000;
   glm::dvec3 offset{0};  // that was subtracted from all coordinates, see Surface::offset
   // Depth frames that may be moved are kept, a byte or two for each pixel: in memory up to the first bound, and in a
   // temporary file in `scratch_folder` up to the second, of both together; an empty name is the system's folder for
@@ -49,9 +53,13 @@ inline constexpr double kLiveVoxelPixels = 6;
 // Throws std::invalid_argument naming the field, its value and the rule that it breaks.
 void check(const LiveSurfaceOptions& options);
 
+// Throws std::invalid_argument for a piece with a face that refers to no vertex, with a coordinate that is not finite
+// or not below 1e10 scene units, or with colours: a live surface has none.
+void check_piece(const TriangleSoup& piece);
+
 // Wall times of the steps to a version of the surface, milliseconds.
 struct GrowingTimes {
-  double cutting = 0;    // out of the voxels, without small pieces
+  double cutting = 0;    // out of the voxels, without small parts; or joining the pieces
   double repairing = 0;  // to a manifold mesh
   double matching = 0;   // to the faces before
   double cells = 0;
@@ -89,9 +97,21 @@ class LiveSurface {
   // lost. Throws InputError if the file of kept frames cannot be read; the volume stays as it was then.
   bool follow_move();
   [[nodiscard]] std::size_t moved() const { return moved_.size(); }  // frames that may have to follow
-  // Returns the next version; none as long as the frames make no surface.
+
+  // Brings a piece, replaces the one of the same id, or removes it if the new one has no faces. The soup must be as
+  // check_piece() wants it. The caller gives either pieces or depth frames (std::logic_error).
+  void replace_piece(std::uint32_t id, TriangleSoup piece);
+  [[nodiscard]] bool has_pieces() const { return has_pieces_; }
+  // Finds the usual distance of a surface of pieces: the median at which the cameras see it. Returns false if none of
+  // them sees a piece. Without it, pieces make no surface.
+  bool find_distance(std::span<const Camera> cameras);
+  // Takes half the diagonal of the pieces for the usual distance, where no camera ever saw them.
+  void guess_distance();
+
+  // Returns the next version; none as long as frames or pieces make no surface. Throws InputError if pieces cannot be
+  // made a surface, because they have no area for example.
   [[nodiscard]] std::optional<GrownSurface> grow(GrowingFusion::Show show = GrowingFusion::Show::what_changed);
-  // Returns the median depth of the first frame, scene units; 0 before it.
+  // Returns the median depth of the first frame, or what was found for pieces, scene units; 0 before it.
   [[nodiscard]] double usual_distance() const { return usual_distance_; }
 
  private:
@@ -102,6 +122,10 @@ class LiveSurface {
   };
 
   void start(const DepthImage& image);
+  void set_distance(double distance);
+  [[nodiscard]] TriangleSoup joined_pieces() const;
+  [[nodiscard]] std::optional<Mesh> fused_mesh(GrowingFusion::Show show, GrowingTimes& times);
+  [[nodiscard]] std::optional<Mesh> joined_mesh(GrowingTimes& times) const;
   [[nodiscard]] double movement(const Frame& frame) const;
 
   LiveSurfaceOptions options_;
@@ -113,6 +137,8 @@ class LiveSurface {
   std::unique_ptr<KeptDepths> kept_;
   std::unordered_map<std::string, Frame> frames_;
   std::set<std::string> moved_;  // frames whose pose may be another one than they were fused with
+  bool has_pieces_ = false;      // pieces were given
+  std::map<std::uint32_t, TriangleSoup> pieces_;
 };
 
 }  // namespace lumatlas

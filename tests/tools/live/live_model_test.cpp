@@ -317,6 +317,66 @@ TEST_CASE("a photograph or depth frame that cannot be had is noted, and the othe
   }
 }
 
+TEST_CASE("a live model of pieces of surface stores views on them, and follows pieces that are replaced") {
+  LiveModel live(room_live_options());
+  for (std::uint32_t octant = 0; octant < 7; ++octant) CHECK(live.replace_piece(octant, room_piece(octant)));
+  for (std::size_t number = 0; number < 30; ++number) {
+    offer_room(live, number);
+    if (number == 12) CHECK(live.replace_piece(7, room_piece(7)));
+    if (number == 20) CHECK(live.replace_piece(3, room_piece(3)));  // the same again changes nothing
+    wait_for([&] { return live.snapshot() != nullptr && live.status().waiting < 20; });
+  }
+  CHECK_THROWS_AS(fuse_room(live, 0), std::logic_error);
+  const LiveResult model = live.finish();
+  CHECK(live.status().pieces_given == 9);
+  REQUIRE(model.snapshot.surface);
+  CHECK_NOTHROW(check(model.snapshot));
+  const auto& views = model.snapshot.views;
+  CHECK(std::count_if(views.begin(), views.end(), [](const auto& view) { return view != nullptr; }) == 12);
+  CHECK(model.planner.coverage.ideal_distance > 0.5);
+  const std::unique_ptr<Visibility> visibility = make_ray_visibility(model.snapshot.surface->mesh);
+  const std::unique_ptr<Visibility> room = make_ray_visibility(room_surface()->mesh);
+  for (const auto& view : views) {
+    if (!view) continue;
+    CHECK(view->mask->depth == visibility->trace_sparsely(view->camera).depth);
+  }
+  const VisibilityBuffer seen = visibility->trace(room_camera(5)), truth = room->trace(room_camera(5));
+  for (std::size_t pixel = 0; pixel < seen.depth.size(); ++pixel) {
+    if (std::isfinite(truth.depth[pixel])) CHECK(std::abs(seen.depth[pixel] - truth.depth[pixel]) < 1e-3F);
+  }
+}
+
+TEST_CASE("a live model refuses pieces beyond its bound, beside depth frames and of wrong indices") {
+  LiveOptions options = room_live_options();
+  options.surface.max_piece_faces = room_piece(0).faces.size() * 3;
+  LiveModel live(options);
+  CHECK(live.replace_piece(0, room_piece(0)));
+  CHECK_FALSE(live.replace_piece(1, room_piece(1)));  // has three vertices for each face
+  CHECK(live.replace_piece(0, room_piece(0)));        // is there once
+  CHECK(live.replace_piece(0, {}));
+  CHECK(live.replace_piece(1, room_piece(0)));
+  CHECK(live.status().pieces_refused == 1);
+  CHECK(live.status().pieces_given == 4);
+  CHECK_THROWS_AS(live.replace_piece(2, TriangleSoup{{}, {}, {{0, 0, 0}}}), std::invalid_argument);
+  CHECK(live.replace_piece(1, {}));
+  CHECK(offer_room(live, 0).decision == LiveDecision::not_yet);  // a piece may still come
+  CHECK(live.finish().snapshot.surface == nullptr);
+  CHECK_THROWS_AS(live.replace_piece(1, room_piece(0)), std::logic_error);
+  LiveModel of_depths(room_live_options());
+  fuse_room(of_depths, 0);
+  CHECK_THROWS_AS(of_depths.replace_piece(0, room_piece(0)), std::logic_error);
+}
+
+TEST_CASE("pieces that no view sees make a surface at the end alone") {
+  LiveModel live(room_live_options());
+  for (std::uint32_t octant = 0; octant < 8; ++octant) CHECK(live.replace_piece(octant, room_piece(octant)));
+  std::this_thread::sleep_for(std::chrono::milliseconds(20));
+  CHECK(live.snapshot() == nullptr);
+  const LiveResult model = live.finish();
+  REQUIRE(model.snapshot.surface);
+  CHECK(model.planner.coverage.ideal_distance > 1);
+}
+
 TEST_CASE("a stream that ends at any moment leaves a whole model, and one without depths none") {
   for (const std::size_t frames : {0U, 1U, 2U, 5U}) {
     CAPTURE(frames);

@@ -3,8 +3,13 @@
 
 #include <algorithm>
 #include <catch2/catch.hpp>
+#include <cmath>
+#include <limits>
+#include <set>
 #include <stdexcept>
+#include <utility>
 
+#include "mesh/base/errors.h"
 #include "mesh/halfedge_mesh.h"
 #include "tests/tools/live/room_stream.h"
 
@@ -88,6 +93,90 @@ TEST_CASE("a live surface follows frames that move, the farthest first, and back
   const Mesh after = shown();
   CHECK(after.positions == before.positions);
   CHECK(after.faces == before.faces);
+}
+
+// Counts the edges of one face alone.
+std::size_t rim_edges(const Mesh& mesh) {
+  std::set<std::pair<std::uint32_t, std::uint32_t>> edges;
+  for (const glm::uvec3& face : mesh.faces) {
+    for (int corner = 0; corner < 3; ++corner) edges.emplace(face[corner], face[(corner + 1) % 3]);
+  }
+  return static_cast<std::size_t>(std::count_if(edges.begin(), edges.end(), [&](const auto& edge) {
+    return !edges.contains({edge.second, edge.first});
+  }));
+}
+
+TEST_CASE("a live surface of pieces is their join, and keeps the cells of pieces that stay") {
+  LiveSurface surface(room_live_options().surface);
+  std::size_t faces = 0;
+  for (std::uint32_t octant = 0; octant < 8; ++octant) {
+    const TriangleSoup piece = room_piece(octant);
+    REQUIRE(!piece.faces.empty());
+    faces += piece.faces.size();
+    surface.replace_piece(10 * octant, piece);
+  }
+  REQUIRE(faces == room_surface()->mesh.faces.size());
+  CHECK_FALSE(surface.grow());  // nothing says yet how large cells are to be
+  Camera outside = room_camera(0);
+  outside.cam_from_world_translation.z -= 1000;
+  CHECK_FALSE(surface.find_distance({{outside}}));
+  REQUIRE(surface.find_distance({{room_camera(0)}}));
+  CHECK(surface.usual_distance() > 0.5);
+  CHECK(surface.usual_distance() < 5);
+  const std::optional<GrownSurface> whole = surface.grow();
+  REQUIRE(whole);
+  CHECK_NOTHROW(check(*whole->surface));
+  // Pieces meet in their vertices, so that the join has no rim where the room has none.
+  CHECK(rim_edges(whole->surface->mesh) == rim_edges(room_surface()->mesh));
+  const VisibilityBuffer seen = whole->visibility->trace(room_camera(3));
+  const VisibilityBuffer room = make_ray_visibility(room_surface()->mesh)->trace(room_camera(3));
+  for (std::size_t pixel = 0; pixel < seen.depth.size(); ++pixel) {
+    if (std::isfinite(room.depth[pixel])) CHECK(std::abs(seen.depth[pixel] - room.depth[pixel]) < 1e-3F);
+  }
+
+  surface.replace_piece(70, {});  // goes
+  const std::optional<GrownSurface> less = surface.grow();
+  REQUIRE(less);
+  CHECK(less->surface->mesh.faces.size() < whole->surface->mesh.faces.size());
+  const auto stay = std::count(less->changed.begin(), less->changed.end(), 0);
+  CHECK(2 * static_cast<std::size_t>(stay) > less->changed.size());
+  TriangleSoup moved = room_piece(0);
+  for (glm::dvec3& position : moved.positions) position.z -= 0.25;
+  surface.replace_piece(0, moved);
+  const std::optional<GrownSurface> other = surface.grow();
+  REQUIRE(other);
+  double lowest = 0;
+  for (const glm::vec3& position : other->surface->mesh.positions) lowest = std::min<double>(lowest, position.z);
+  CHECK(lowest == -0.25);
+  CHECK(std::count(other->changed.begin(), other->changed.end(), 0) > 0);
+  for (std::uint32_t octant = 0; octant < 7; ++octant) surface.replace_piece(10 * octant, {});
+  CHECK_FALSE(surface.grow());
+}
+
+TEST_CASE("a live surface refuses pieces that are none, and pieces beside depth frames") {
+  LiveSurface of_pieces(room_live_options().surface);
+  TriangleSoup bad{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {}, {{0, 1, 3}}};
+  CHECK_THROWS_WITH(of_pieces.replace_piece(0, bad), Catch::Contains("refers to no vertex"));
+  bad.faces = {{0, 1, 2}};
+  for (const double wrong :
+       {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity(), -1e30}) {
+    bad.positions[1].y = wrong;
+    CHECK_THROWS_WITH(of_pieces.replace_piece(0, bad), Catch::Contains("not finite or too far"));
+  }
+  bad.positions[1].y = 0;
+  bad.colors.resize(3);
+  CHECK_THROWS_WITH(of_pieces.replace_piece(0, bad), Catch::Contains("has colours"));
+  bad.colors.clear();
+  of_pieces.replace_piece(0, bad);
+  CHECK_THROWS_AS(of_pieces.add(room_depth(room_camera(0))), std::logic_error);
+  bad.positions[2] = {2, 0, 0};  // a piece without area is no surface
+  of_pieces.replace_piece(0, bad);
+  of_pieces.guess_distance();
+  CHECK(of_pieces.usual_distance() == 1);
+  CHECK_THROWS_AS(of_pieces.grow(), InputError);
+  LiveSurface of_depths(room_live_options().surface);
+  REQUIRE(of_depths.add(room_depth(room_camera(0))));
+  CHECK_THROWS_AS(of_depths.replace_piece(0, room_piece(0)), std::logic_error);
 }
 
 }  // namespace

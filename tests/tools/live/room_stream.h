@@ -43,6 +43,24 @@ inline void fuse_room(LiveModel& live, std::size_t number) {
   live.fuse(room_view(number), camera, [camera] { return room_depth(camera); });
 }
 
+// The faces of the room in which a face's first corner is in an octant around the room's middle, `octant` in [0, 8).
+[[nodiscard]] inline TriangleSoup room_piece(std::uint32_t octant) {
+  const std::shared_ptr<const Surface> surface = room_surface();
+  const Mesh& room = surface->mesh;
+  const glm::vec3 middle(2, 2, 1.5);
+  TriangleSoup piece;
+  for (const glm::uvec3& face : room.faces) {
+    const glm::vec3 at = room.positions[face.x];
+    const std::uint32_t of_face =
+        (at.x > middle.x ? 1U : 0U) + (at.y > middle.y ? 2U : 0U) + (at.z > middle.z ? 4U : 0U);
+    if (of_face != octant) continue;
+    const auto first = static_cast<std::uint32_t>(piece.positions.size());
+    for (int corner = 0; corner < 3; ++corner) piece.positions.emplace_back(room.positions[face[corner]]);
+    piece.faces.emplace_back(first, first + 1, first + 2);
+  }
+  return piece;
+}
+
 inline LiveVerdict offer_room(LiveModel& live, std::size_t number) {
   const Camera camera = room_camera(number);
   return live.offer(room_view(number), camera, [camera, number] { return pattern_photograph(camera, number); });

@@ -145,6 +145,44 @@ MovesMessage moves_from(Fields& fields, const std::optional<Camera>& lens) {
   return moves;
 }
 
+// Takes `count` triples of numbers. The bytes are there before any memory is asked for.
+template <typename Number>
+std::vector<glm::vec<3, Number>> triples_from(Fields& fields, std::uint32_t count) {
+  static_assert(sizeof(glm::vec<3, Number>) == 3 * sizeof(Number));
+  const std::span<const std::uint8_t> bytes = fields.take(std::size_t{count} * 3 * sizeof(Number));
+  std::vector<glm::vec<3, Number>> triples(count);
+  if (count > 0) std::memcpy(triples.data(), bytes.data(), bytes.size());
+  return triples;
+}
+
+PieceMessage piece_from(Fields& fields) {
+  PieceMessage piece;
+  piece.id = fields.number<std::uint32_t>();
+  const auto bytes = fields.number<std::uint32_t>();
+  if (bytes != sizeof(float) && bytes != sizeof(double)) {
+    throw InputError("has coordinates of " + std::to_string(bytes) + " bytes, which must be 4 or 8");
+  }
+  const auto vertices = fields.number<std::uint32_t>();
+  if (bytes == sizeof(float)) {
+    const std::vector<glm::vec3> positions = triples_from<float>(fields, vertices);
+    piece.surface.positions.assign(positions.begin(), positions.end());
+  } else {
+    piece.surface.positions = triples_from<double>(fields, vertices);
+  }
+  piece.surface.faces = triples_from<std::uint32_t>(fields, fields.number<std::uint32_t>());
+  fields.end();
+  for (const glm::dvec3& position : piece.surface.positions) {
+    if (!(glm::length(position) < kFarthest)) throw InputError("has a vertex that is too far from the origin");
+  }
+  for (const glm::uvec3& face : piece.surface.faces) {
+    if (std::max({face.x, face.y, face.z}) >= vertices) {
+      throw InputError("has a triangle of a vertex that is not there: of " + std::to_string(vertices) + ", number " +
+                       std::to_string(std::max({face.x, face.y, face.z})));
+    }
+  }
+  return piece;
+}
+
 }  // namespace
 
 void MessageReader::add(std::span<const std::uint8_t> bytes) {
@@ -167,7 +205,7 @@ std::optional<LiveMessage> MessageReader::next() {
   while (left().size() >= kHeaderBytes) {
     const std::string place = "message " + std::to_string(messages_ + 1) + " ";
     const auto type = static_cast<char>(left()[0]);
-    if (std::string_view("LFME").find(type) == std::string_view::npos) {
+    if (std::string_view("LFMSE").find(type) == std::string_view::npos) {
       throw InputError(place + "is of no known type: " + std::to_string(left()[0]));
     }
     std::uint32_t length = 0;
@@ -184,6 +222,7 @@ std::optional<LiveMessage> MessageReader::next() {
       }
       if (type == 'F') return frame_from(fields, lens_);
       if (type == 'M') return moves_from(fields, lens_);
+      if (type == 'S') return piece_from(fields);
       fields.end();
       return EndMessage{};
     } catch (const InputError& error) {

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "mesh/camera.h"
+#include "mesh/mesh.h"
 #include "tools/live/live_model.h"
 
 namespace lumatlas {
@@ -28,9 +29,15 @@ struct MovesMessage {
   std::vector<MovedView> views;
 };
 
+// A piece of surface, see LiveModel::replace_piece().
+struct PieceMessage {
+  std::uint32_t id = 0;
+  TriangleSoup surface;  // in the stream's own coordinates
+};
+
 struct EndMessage {};
 
-using LiveMessage = std::variant<FrameMessage, MovesMessage, EndMessage>;
+using LiveMessage = std::variant<FrameMessage, MovesMessage, PieceMessage, EndMessage>;
 
 // Puts messages together from bytes as they come. It holds at most one message, of 64 MiB.
 class MessageReader {

@@ -191,7 +191,7 @@ BuildResult result_of(const PlayedSource& source, const PlaybackOptions& options
   BuildResult result;
   result.snapshot = std::move(model.snapshot);
   if (!result.snapshot.surface) {
-    throw InputError(source.scene.root.string() + ": no depth image that arrived gives a surface" +
+    throw InputError(source.scene.root.string() + ": nothing that arrived gives a surface" +
                      (record.live.last_failure.empty() ? "" : ": " + record.live.last_failure));
   }
   result.options = build_options_of(options);
@@ -214,7 +214,7 @@ void make_anew(StreamedFrames frames, const PlayedSource& source, const Playback
   std::set<std::string> unread;
   for (const SkippedView& view : playback.result.skipped) unread.insert(view.name);
   std::erase_if(frames.offered, [&](std::size_t rank) { return unread.contains(frames.scene.views[rank].name); });
-  if (frames.offered.empty() || frames.scene.depths.empty()) return;
+  if (frames.offered.empty() || (frames.scene.depths.empty() && !frames.surface)) return;
   if (callbacks.finishing) callbacks.finishing(frames.scene.depths.size(), frames.offered.size());
   const StageProgress unheard = [](const std::string& /*stage*/, std::size_t /*steps*/) {
     return [](std::size_t /*done*/) {};
@@ -245,6 +245,7 @@ void finish_playback(LiveModel& live, std::shared_ptr<void>& watch, const Played
   record.outcomes = live.take_outcomes();
   record.live = live.status();
   playback.result = result_of(source, options, std::move(model), record);
+  if (frames && frames->scene.depths.empty()) frames->surface = playback.result.snapshot.surface;
   if (frames) make_anew(std::move(*frames), source, options, callbacks, playback);
   if (options.measure_deviation && !record.finish.done) measure_trust(playback.result);
   record.finish_ms = ms_since(end);
@@ -338,11 +339,15 @@ class Receiver {
 
   void handle(FrameMessage&& message) {
     if (!names_.insert(message.name).second) throw InputError("frame " + message.name + " came before");
-    if (!live_) start(message.camera);
+    if (has_pieces_ && !message.depth.empty()) {
+      throw InputError("frame " + message.name + " has depths, and the surface of this stream is made of pieces");
+    }
+    if (!live_) start(message.camera.center());
     ++record_.frames;
     keep(message);
     move(message.camera);
     const auto frame = std::make_shared<const FrameMessage>(std::move(message));
+    has_depths_ = has_depths_ || !frame->depth.empty();
     if (!frame->depth.empty()) live_->fuse(frame->name, frame->camera, [frame] { return depth_of(*frame); });
     if (frame->photograph.empty()) return;
     source_.offered.push_back(frame->name);
@@ -358,6 +363,21 @@ class Receiver {
     live_->move_views(std::move(message.views));
   }
 
+  void handle(PieceMessage&& message) {
+    if (has_depths_) {
+      throw InputError("piece of surface comes after frames with depths, of which the surface of this stream is made");
+    }
+    TriangleSoup& piece = message.surface;
+    if (!live_ && piece.faces.empty()) return;
+    has_pieces_ = true;
+    if (!live_) start(piece.positions.front());
+    for (glm::dvec3& position : piece.positions) position -= options_.live.surface.offset;
+    if (!live_->replace_piece(message.id, std::move(piece)) && !told_of_room_) {
+      told_of_room_ = true;
+      warn("piece " + std::to_string(message.id) + " of the surface finds no room: " + live_->status().last_failure);
+    }
+  }
+
   void handle(EndMessage&& /*end*/) { ended_ = true; }
 
   // Keeps the frame for the end of the stream. A disk that refuses does not end the stream.
@@ -371,9 +391,10 @@ class Receiver {
     }
   }
 
-  void start(const Camera& first) {
+  // `near`: a point of the scene, in the stream's own coordinates.
+  void start(const glm::dvec3& near) {
     if (options_.finish) kept_.emplace(scratch_folder_of(options_), options_.kept_bytes);
-    options_.live.surface.offset = glm::round(first.center());
+    options_.live.surface.offset = glm::round(near);
     options_.live.surface.scratch_folder = options_.scratch_folder;
     live_ = std::make_unique<LiveModel>(options_.live);
     if (callbacks_.watch) watch_ = callbacks_.watch(*live_);
@@ -412,6 +433,8 @@ class Receiver {
   std::shared_ptr<void> watch_;
   Clock::time_point start_, next_tell_ = Clock::now() + kTell;
   bool ended_ = false;
+  bool has_depths_ = false, has_pieces_ = false;  // of the two, a stream has one
+  bool told_of_room_ = false;                     // that a piece found none
   std::size_t offers_told_ = 0;
 };
 

@@ -158,6 +158,10 @@ TEST_CASE("garbage, impossible numbers and lengths without end are refused, and 
     camera.fx = wrong;
     attacks.push_back(opened(lens_bytes(camera)));
   }
+  attacks.push_back(opened(message_bytes('S', {})));
+  attacks.push_back(opened(message_bytes('S', {1, 0, 0, 0, 4, 0, 0, 0, 255, 255, 255, 255})));
+  attacks.push_back(opened(piece_bytes<double>(1, TriangleSoup{{{0, 0, 0}}, {}, {{0, 0, 1}}})));
+  attacks.push_back(opened(piece_bytes<float>(1, TriangleSoup{{{0, 1e30, 0}}, {}, {}})));
   Camera huge = room_camera(0);
   huge.width = huge.height = 16384;
   attacks.push_back(opened(lens_bytes(huge)));  // is allowed, and its frames have more than 64 MiB

@@ -56,6 +56,56 @@ TEST_CASE("messages are read as they were written, wherever the bytes are cut") 
   }
 }
 
+TEST_CASE("pieces of surface are read in both precisions, also before the lens, and refused where they are none") {
+  const TriangleSoup piece{{{0.5, 1e6 + 1.0 / 3, -2}, {1, 0, 0}, {0, 1, 0.25}}, {}, {{2, 0, 1}, {1, 2, 0}}};
+  StreamBytes bytes = greeting_bytes();
+  append(bytes, piece_bytes<double>(7, piece));
+  append(bytes, piece_bytes<float>(4294967295U, piece));
+  append(bytes, piece_bytes<float>(7, {}));
+  MessageReader reader;
+  reader.add(bytes);
+  const auto fine = std::get<PieceMessage>(reader.next().value());
+  CHECK(fine.id == 7);
+  CHECK(fine.surface.positions == piece.positions);
+  CHECK(fine.surface.faces == piece.faces);
+  const auto coarse = std::get<PieceMessage>(reader.next().value());
+  CHECK(coarse.id == 4294967295U);
+  CHECK(coarse.surface.positions[0] == glm::dvec3(glm::vec3(piece.positions[0])));
+  CHECK(std::get<PieceMessage>(reader.next().value()).surface.faces.empty());
+  CHECK_FALSE(reader.next());
+
+  const auto refused = [](const StreamBytes& last) {
+    StreamBytes all = greeting_bytes();
+    append(all, last);
+    return refusal_of(all);
+  };
+  CHECK(refused(message_bytes('S', {1, 2, 3})) == "message 1 is shorter than its fields");
+  StreamBytes counts;
+  for (const std::uint32_t number : {0U, 4U, 4294967295U}) append_number(counts, number);
+  CHECK(refused(message_bytes('S', counts)) == "message 1 is shorter than its fields");
+  counts.clear();
+  for (const std::uint32_t number : {0U, 8U, 0U, 4294967295U}) append_number(counts, number);
+  CHECK(refused(message_bytes('S', counts)) == "message 1 is shorter than its fields");
+  counts.clear();
+  for (const std::uint32_t number : {0U, 2U, 0U, 0U}) append_number(counts, number);
+  CHECK_THAT(refused(message_bytes('S', counts)), Catch::Contains("coordinates of 2 bytes"));
+  TriangleSoup bad = piece;
+  bad.faces[1].z = 3;
+  CHECK_THAT(refused(piece_bytes<double>(0, bad)), Catch::Contains("not there: of 3, number 3"));
+  bad.faces[1].z = 4294967295U;
+  CHECK_THAT(refused(piece_bytes<double>(0, bad)), Catch::Contains("number 4294967295"));
+  for (const double wrong : {std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity(), 2e9}) {
+    bad = piece;
+    bad.positions[1].z = wrong;
+    CHECK_THAT(refused(piece_bytes<double>(0, bad)), Catch::Contains("too far from the origin"));
+    CHECK_THAT(refused(piece_bytes<float>(0, bad)), Catch::Contains("too far from the origin"));
+  }
+  StreamBytes longer = piece_bytes<float>(0, piece);
+  longer[4] += 1;
+  longer.push_back(0);
+  CHECK(refused(longer) == "message 1 is longer than its fields");
+}
+
 TEST_CASE("bytes that are no messages are refused with the message's number and what is wrong with it") {
   const Camera camera = small_lens();
   CHECK(refusal_of({'H', 'T', 'T', 'P'}) == "greeting is not LUMLIVE1");

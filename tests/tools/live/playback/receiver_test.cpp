@@ -2,6 +2,7 @@
 // receive_stream(), with clients that go, stall and send nonsense.
 #include <atomic>
 #include <catch2/catch.hpp>
+#include <cmath>
 #include <filesystem>
 #include <thread>
 
@@ -77,6 +78,106 @@ TEST_CASE("a stream survives clients that go, stall and send nonsense, and is a 
   CHECK_THAT(warnings[0], Catch::Contains("gone without an end"));
   CHECK_THAT(warnings[1], Catch::Contains("greeting is not LUMLIVE1"));
   CHECK_THAT(warnings[2], Catch::Contains("came before"));
+}
+
+TEST_CASE("a stream of photographs and pieces of surface is made anew on those, and refuses depths") {
+  FrameSocket socket(0);
+  PlaybackOptions options;
+  options.live = room_live_options();
+  options.live.waiting_views = 30;
+  options.measure_deviation = false;
+  const TemporaryFolder scratch;
+  options.scratch_folder = scratch.path();
+  std::vector<std::string> warnings;
+  std::atomic<std::size_t> warned = 0;
+  PlaybackCallbacks callbacks;
+  callbacks.warned = [&](const std::string& sentence) {
+    warnings.push_back(sentence);
+    ++warned;
+  };
+  std::size_t depths_of_finish = 1;
+  callbacks.finishing = [&](std::size_t depths, std::size_t /*photographs*/) { depths_of_finish = depths; };
+  std::thread clients([&] {
+    {
+      const StreamClient client(socket.port());
+      client.send_all(room_opening());
+      client.send_all(piece_bytes<float>(3, {}));  // removes what is not there
+      for (std::uint32_t octant = 0; octant < 8; ++octant)
+        client.send_all(piece_bytes<double>(octant, room_piece(octant)));
+      for (std::size_t number = 0; number < 5; ++number) client.send_all(room_photograph(number));
+      TriangleSoup bad = room_piece(2);
+      bad.faces.back().x = 1'000'000;
+      client.send_all(piece_bytes<float>(2, bad));
+      while (warned < 1) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+    {
+      const StreamClient client(socket.port());
+      client.send_all(room_opening());
+      client.send_all(room_frame(5));  // has depths
+      while (warned < 2) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+    const StreamClient client(socket.port());
+    client.send_all(room_opening());
+    for (std::size_t number = 6; number < 10; ++number) client.send_all(room_photograph(number));
+    client.send_all(piece_bytes<float>(7, room_piece(7)));  // again
+    client.send_all(message_bytes('E', {}));
+  });
+  const Playback playback = receive_stream(socket, options, callbacks);
+  clients.join();
+  REQUIRE(warnings.size() == 2);
+  CHECK_THAT(warnings[0], Catch::Contains("a triangle of a vertex that is not there"));
+  CHECK_THAT(warnings[1], Catch::Contains("has depths, and the surface of this stream is made of pieces"));
+  CHECK(playback.record.frames == 9);
+  CHECK(playback.record.live.pieces_given == 9);
+  CHECK(playback.record.live.stored > 5);
+  CHECK(playback.record.finish.done);
+  CHECK(playback.record.finish.voxel == 0);
+  CHECK(depths_of_finish == 0);
+  CHECK(playback.result.planned.size() == 9);
+  CHECK_NOTHROW(check(playback.result.snapshot));
+  // The saved surface is the room, where the stream's coordinates have it.
+  const Surface& surface = *playback.result.snapshot.surface;
+  Camera camera = room_camera(4);
+  camera.cam_from_world_translation += camera.cam_from_world_rotation * surface.offset;
+  const VisibilityBuffer seen = make_ray_visibility(surface.mesh)->trace(camera);
+  const VisibilityBuffer room = make_ray_visibility(room_surface()->mesh)->trace(room_camera(4));
+  std::size_t near = 0;
+  for (std::size_t pixel = 0; pixel < seen.depth.size(); ++pixel)
+    near += std::abs(seen.depth[pixel] - room.depth[pixel]) < 0.01F;
+  CHECK(near > seen.depth.size() * 98 / 100);
+  CHECK(std::filesystem::is_empty(scratch.path()));
+}
+
+TEST_CASE("a stream that has depths refuses pieces of surface, and goes on") {
+  FrameSocket socket(0);
+  PlaybackOptions options;
+  options.live = room_live_options();
+  options.measure_deviation = false;
+  options.finish = false;
+  std::atomic<std::size_t> warned = 0;
+  PlaybackCallbacks callbacks;
+  callbacks.warned = [&](const std::string& sentence) {
+    CHECK_THAT(sentence, Catch::Contains("comes after frames with depths"));
+    ++warned;
+  };
+  std::thread clients([&] {
+    {
+      const StreamClient client(socket.port());
+      client.send_all(room_opening());
+      client.send_all(room_frame(0));
+      client.send_all(piece_bytes<double>(0, room_piece(0)));
+      while (warned < 1) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+    const StreamClient client(socket.port());
+    client.send_all(room_opening());
+    client.send_all(room_frame(1));
+    client.send_all(message_bytes('E', {}));
+  });
+  const Playback playback = receive_stream(socket, options, callbacks);
+  clients.join();
+  CHECK(warned == 1);
+  CHECK(playback.record.frames == 2);
+  CHECK(playback.record.live.stored > 0);
 }
 
 TEST_CASE("a stream that ends before a frame came makes no model, and a port is one program's") {

@@ -78,6 +78,23 @@ inline void append_pose(StreamBytes& bytes, const std::string& name, const Camer
   return message_bytes('M', payload);
 }
 
+// A piece of surface whose coordinates are numbers of this type.
+template <typename Number>
+[[nodiscard]] StreamBytes piece_bytes(std::uint32_t id, const TriangleSoup& piece) {
+  StreamBytes payload;
+  append_number(payload, id);
+  append_number(payload, static_cast<std::uint32_t>(sizeof(Number)));
+  append_number(payload, static_cast<std::uint32_t>(piece.positions.size()));
+  for (const glm::dvec3& position : piece.positions) {
+    for (int axis = 0; axis < 3; ++axis) append_number(payload, static_cast<Number>(position[axis]));
+  }
+  append_number(payload, static_cast<std::uint32_t>(piece.faces.size()));
+  for (const glm::uvec3& face : piece.faces) {
+    for (int corner = 0; corner < 3; ++corner) append_number(payload, face[corner]);
+  }
+  return message_bytes('S', payload);
+}
+
 // Six pixels.
 [[nodiscard]] inline Camera small_lens() {
   Camera camera;

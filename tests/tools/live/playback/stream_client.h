@@ -53,6 +53,13 @@ class StreamClient {
                      encode_image(pattern_photograph(camera, number), {}), depth, 1.0 / 5000);
 }
 
+// The same without depths.
+[[nodiscard]] inline StreamBytes room_photograph(std::size_t number, const std::string& name = {}) {
+  const Camera camera = room_camera(number);
+  return frame_bytes(name.empty() ? room_view(number) + ".png" : name, camera,
+                     encode_image(pattern_photograph(camera, number), {}), {}, 0);
+}
+
 [[nodiscard]] inline StreamBytes room_opening() {
   StreamBytes bytes = greeting_bytes();
   append(bytes, lens_bytes(room_camera(0)));
