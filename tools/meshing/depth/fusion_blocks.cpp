@@ -7,7 +7,6 @@
 #include <sstream>
 #include <stdexcept>
 #include <string>
-#include <utility>
 
 namespace lumatlas {
 namespace {
@@ -15,10 +14,14 @@ namespace {
 using glm::dvec3;
 using glm::ivec3;
 
-// Sorted, each once.
-void tidy(std::vector<ivec3>& blocks) {
-  std::sort(blocks.begin(), blocks.end(), by_block_key);
-  blocks.erase(std::unique(blocks.begin(), blocks.end()), blocks.end());
+constexpr unsigned kKeyBits = 21;  // of a coordinate
+constexpr int kKeyShift = kBlockReach + 2;
+
+ivec3 block_of_key(std::uint64_t key) {
+  const auto part = [&](unsigned shift) {
+    return static_cast<int>((key >> shift) & ((std::uint64_t{1} << kKeyBits) - 1)) - kKeyShift;
+  };
+  return {part(2 * kKeyBits), part(kKeyBits), part(0)};
 }
 
 class BlockFinder {
@@ -28,34 +31,52 @@ class BlockFinder {
   std::vector<ivec3> find() {
     const Camera& camera = image_.camera;
     const dvec3 center = camera.center();
+    const int steps = static_cast<int>(std::ceil(2 * options_.truncation / (0.5 * kBlockSide * options_.voxel)));
+    last_.resize(static_cast<std::size_t>(steps) + 1);
     for (std::uint32_t y = 0; y < camera.height; ++y) {
       for (std::uint32_t x = 0; x < camera.width; ++x) {
         const double depth = image_.depth[std::size_t{y} * camera.width + x];
         if (depth > 0) add_around(center, camera.ray({x + 0.5, y + 0.5}), depth);
       }
     }
-    tidy(blocks_);
-    return std::move(blocks_);
+    tidy();
+    std::vector<ivec3> blocks;
+    blocks.reserve(keys_.size());
+    for (const std::uint64_t key : keys_) blocks.push_back(block_of_key(key));
+    return blocks;
   }
 
  private:
+  // Points from `low` to below `high`, component by component, need the same blocks.
+  struct Neighbourhood {
+    dvec3 low{1.0}, high{-1.0};
+    [[nodiscard]] bool contains(const dvec3& p) const {
+      return p.x >= low.x && p.y >= low.y && p.z >= low.z && p.x < high.x && p.y < high.y && p.z < high.z;
+    }
+  };
+
   // `ray` advances the depth by 1.
   void add_around(const dvec3& center, const dvec3& ray, double depth) {
     const double reach = options_.truncation / glm::length(ray);
-    const int steps = static_cast<int>(std::ceil(2 * options_.truncation / (0.5 * kBlockSide * options_.voxel)));
-    before_.resize(static_cast<std::size_t>(steps) + 1, {ivec3(0), ivec3(-1)});
-    for (int step = 0; step <= steps; ++step) {
-      const dvec3 point = center + (depth - reach + 2 * reach * step / steps) * ray;
-      const double block = kBlockSide * options_.voxel;
-      if (!(glm::length(point) < kBlockReach * block)) {
-        throw std::invalid_argument("fusion: a depth of " + std::to_string(depth) + " is too far from the origin");
-      }
-      const ivec3 low(glm::floor((point - options_.voxel) / block));
-      const ivec3 high(glm::floor((point + options_.voxel) / block));
-      auto& before = before_[static_cast<std::size_t>(step)];
-      if (before == std::pair(low, high)) continue;  // mostly: the pixel beside looked at the same blocks
-      before = {low, high};
-      add_box(low, high);
+    const auto steps = static_cast<double>(last_.size() - 1);
+    for (std::size_t step = 0; step < last_.size(); ++step) {
+      const dvec3 point = center + (depth - reach + 2 * reach * static_cast<double>(step) / steps) * ray;
+      if (last_[step].contains(point)) continue;  // mostly: the pixel beside needed the same blocks
+      add_near(point, depth, last_[step]);
+    }
+  }
+
+  void add_near(const dvec3& point, double depth, Neighbourhood& same) {
+    const double block = kBlockSide * options_.voxel;
+    if (!(glm::length(point) < kBlockReach * block)) {
+      throw std::invalid_argument("fusion: a depth of " + std::to_string(depth) + " is too far from the origin");
+    }
+    const ivec3 low(glm::floor((point - options_.voxel) / block));
+    const ivec3 high(glm::floor((point + options_.voxel) / block));
+    add_box(low, high);
+    for (int axis = 0; axis < 3; ++axis) {
+      same.low[axis] = std::max(low[axis] * block + options_.voxel, high[axis] * block - options_.voxel);
+      same.high[axis] = std::min((low[axis] + 1) * block + options_.voxel, (high[axis] + 1) * block - options_.voxel);
     }
   }
 
@@ -63,17 +84,33 @@ class BlockFinder {
     ivec3 block;
     for (block.x = low.x; block.x <= high.x; ++block.x) {
       for (block.y = low.y; block.y <= high.y; ++block.y) {
-        for (block.z = low.z; block.z <= high.z; ++block.z) blocks_.push_back(block);
+        for (block.z = low.z; block.z <= high.z; ++block.z) add(block_key(block));
       }
     }
-    if (blocks_.size() > kUntidy) tidy(blocks_);
+  }
+
+  // Neighbouring rows need the same blocks, so that most keys are among those that were added last.
+  void add(std::uint64_t key) {
+    std::uint64_t& recent = recent_[(key * 0x9E3779B97F4A7C15U) >> (64U - kRecentBits)];
+    if (recent == key) return;
+    recent = key;
+    keys_.push_back(key);
+    if (keys_.size() > kUntidy) tidy();
+  }
+
+  // Sorted, each once.
+  void tidy() {
+    std::sort(keys_.begin(), keys_.end());
+    keys_.erase(std::unique(keys_.begin(), keys_.end()), keys_.end());
   }
 
   static constexpr std::size_t kUntidy = std::size_t{1} << 20U;  // how many may wait for being sorted
+  static constexpr unsigned kRecentBits = 12;
   const DepthImage& image_;
   const FusionOptions& options_;
-  std::vector<std::pair<ivec3, ivec3>> before_;  // per step: the boxes of the last pixel
-  std::vector<ivec3> blocks_;
+  std::vector<Neighbourhood> last_;  // by step: of the last pixel that left the one before
+  std::vector<std::uint64_t> keys_;
+  std::vector<std::uint64_t> recent_ = std::vector<std::uint64_t>(std::size_t{1} << kRecentBits, 0);  // no block is 0
 };
 
 void require_of_fusion(bool holds, const char* field, double value, const char* rule) {
@@ -86,8 +123,8 @@ void require_of_fusion(bool holds, const char* field, double value, const char* 
 }  // namespace
 
 std::uint64_t block_key(const ivec3& block) {
-  const auto part = [](int i) { return static_cast<std::uint64_t>(std::int64_t{i} + kBlockReach + 2); };
-  return (part(block.x) << 42U) | (part(block.y) << 21U) | part(block.z);
+  const auto part = [](int i) { return static_cast<std::uint64_t>(std::int64_t{i} + kKeyShift); };
+  return (part(block.x) << (2 * kKeyBits)) | (part(block.y) << kKeyBits) | part(block.z);
 }
 
 bool by_block_key(const ivec3& a, const ivec3& b) {
