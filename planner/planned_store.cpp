@@ -142,17 +142,17 @@ void PlannedStore::publish(CellId cell, AtlasEdit& edit) const {
 
 void PlannedStore::follow(const Surface& surface, std::span<const ViewSlot> again,
                           std::span<const CellId> unchanged_cell) {
-  for (const ViewSlot slot : again) {
-    ledger_.remove_demand(ledger_.parts(slot));
-    ledger_.erase(slot);
+  std::vector<std::uint8_t> kept(ledger_.cells(), 0);
+  for (const CellId before : unchanged_cell) {
+    if (before != CellId::none) kept[before] = 1;
   }
+  for (const ViewSlot slot : again) ledger_.keep_cells(slot, kept);
   ledger_.follow(surface, unchanged_cell);
   if (offered_) offered_->follow(surface, unchanged_cell);
 }
 
 void PlannedStore::count_again(ViewSlot slot, std::vector<CellPart> seen) {
-  ledger_.add_demand(seen);
-  ledger_.insert(slot, std::move(seen));
+  ledger_.replace(slot, std::move(seen));
 }
 
 // Views that were offered and are not stored are unknown here, so only the stored ones count for the changed cells.

@@ -83,9 +83,9 @@ class PlannedStore {
   // Removes these references of a cell.
   void give_up(CellId cell, std::span<const ViewSlot> slots);
 
-  // For GeometryFollower, in this order. follow() takes the views whose cells are counted again out of the ledger and
-  // numbers the cells as on the new surface. count_again() counts a view with what it sees there. offer_again() counts
-  // these views among the offered ones and brings the references of all cells up to date.
+  // For GeometryFollower, in this order. follow() takes the views whose cells are counted again out of the cells that
+  // change, and numbers the cells as on the new surface. count_again() counts a view with what it sees there.
+  // offer_again() counts these views among the offered ones and brings the references of all cells up to date.
   void follow(const Surface& surface, std::span<const ViewSlot> again, std::span<const CellId> unchanged_cell);
   void count_again(ViewSlot slot, std::vector<CellPart> seen);
   void offer_again(std::span<const ViewSlot> slots, std::span<const std::uint8_t> changed);

@@ -40,10 +40,12 @@ enum class DemandChange { add, remove };
 class CellCoverage {
  public:
   virtual ~CellCoverage() = default;
-  CellCoverage(const CellCoverage&) = delete;
   CellCoverage& operator=(const CellCoverage&) = delete;
 
   [[nodiscard]] std::size_t cells() const { return slots_of_.size(); }  // how many
+
+  // Returns a copy, which may be changed while another thread changes this.
+  [[nodiscard]] virtual std::unique_ptr<CellCoverage> copy() const = 0;
 
   // Returns the cell's value, >= 0: in cells, or in pictures where cells count by demand.
   [[nodiscard]] double value(CellId cell) const;
@@ -86,6 +88,8 @@ class CellCoverage {
  protected:
   // The options must pass check(), and the gain be finite and not negative.
   CellCoverage(std::size_t cells, const CoverageOptions& options, double min_reference_gain);
+
+  CellCoverage(const CellCoverage&) = default;
 
   void require_cell(CellId cell) const;
 

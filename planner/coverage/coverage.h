@@ -88,6 +88,8 @@ struct Contribution {
   double distance = 0;  // from the centroid to the camera, scene units; 0: the view asks for no cell
   double cell_share = 0;     // pix_vis / pix_total, at most 1 if that is bounded
   double picture_share = 0;  // share of the picture's pixels, in [0, 1]
+
+  bool operator==(const Contribution&) const = default;
 };
 
 // Throws std::invalid_argument naming the field, its value and the rule that it breaks. A direction of no length is one

@@ -46,6 +46,19 @@ CoverageLedger::CoverageLedger(const Surface& surface, std::uint32_t slots, cons
       stored_(slots, 0),
       loss_(slots, 0) {}
 
+CoverageLedger::CoverageLedger(const CoverageLedger& other, std::uint32_t more_slots)
+    : coverage_(other.coverage_->copy()),
+      has_demand_(other.has_demand_),
+      cells_(other.cells_),
+      parts_(other.parts_),
+      stored_(other.stored_),
+      loss_(other.loss_),
+      summed_coverage_(other.summed_coverage_) {
+  parts_.resize(parts_.size() + more_slots);
+  stored_.resize(parts_.size(), 0);
+  loss_.resize(parts_.size(), 0);
+}
+
 void CoverageLedger::require_cells(std::span<const CellPart> parts) const {
   for (const CellPart& entry : parts)
     coverage_ledger_requires.is_below(entry.cell, cells_, "a part's cell", "the number of cells");
@@ -186,13 +199,62 @@ void CoverageLedger::insert(ViewSlot slot, std::vector<CellPart> parts) {
 }
 
 void CoverageLedger::erase(ViewSlot slot) {
-  require_slots({{slot}});
-  if (stored_[slot] == 0) throw std::logic_error("coverage: slot " + std::to_string(slot) + " holds no view");
+  require_stored(slot);
   const std::vector<CellPart> parts = std::move(parts_[slot]);
   parts_[slot].clear();
   stored_[slot] = 0;
   change_cells(parts, [&](const CellPart& entry) { coverage_->erase(entry.cell, slot); });
   loss_[slot] = 0;
+}
+
+void CoverageLedger::require_stored(ViewSlot slot) const {
+  require_slots({{slot}});
+  if (stored_[slot] == 0) throw std::logic_error("coverage: slot " + std::to_string(slot) + " holds no view");
+}
+
+void CoverageLedger::enter(ViewSlot slot, std::span<const CellPart> parts) {
+  count_demand(parts, DemandChange::add);
+  change_cells(parts, [&](const CellPart& entry) { coverage_->insert(entry.cell, slot, entry.part); });
+}
+
+void CoverageLedger::leave(ViewSlot slot, std::span<const CellPart> parts) {
+  count_demand(parts, DemandChange::remove);
+  change_cells(parts, [&](const CellPart& entry) { coverage_->erase(entry.cell, slot); });
+}
+
+void CoverageLedger::keep_cells(ViewSlot slot, std::span<const std::uint8_t> kept) {
+  require_stored(slot);
+  coverage_ledger_requires.has_size(kept.size(), cells_, "kept", "the number of cells");
+  std::vector<CellPart> stay, gone;
+  for (const CellPart& entry : parts_[slot]) (kept[entry.cell] != 0 ? stay : gone).push_back(entry);
+  leave(slot, gone);
+  parts_[slot] = std::move(stay);
+}
+
+void CoverageLedger::replace(ViewSlot slot, std::vector<CellPart> parts) {
+  require_stored(slot);
+  require_cells(parts);
+  std::unordered_map<std::uint32_t, const Contribution*> before;
+  for (const CellPart& entry : parts_[slot]) before.emplace(entry.cell, &entry.part);
+  std::vector<CellPart> more, gone;
+  for (const CellPart& entry : parts) {
+    const auto same = before.find(entry.cell);
+    if (same == before.end()) {
+      more.push_back(entry);
+      continue;
+    }
+    if (!(*same->second == entry.part)) {
+      gone.push_back({entry.cell, *same->second});
+      more.push_back(entry);
+    }
+    before.erase(same);
+  }
+  for (const CellPart& entry : parts_[slot]) {
+    if (before.contains(entry.cell)) gone.push_back(entry);
+  }
+  leave(slot, gone);
+  enter(slot, more);
+  parts_[slot] = std::move(parts);
 }
 
 void CoverageLedger::follow(const Surface& surface, std::span<const CellId> previous_cell) {

@@ -28,6 +28,10 @@ class CoverageLedger {
   CoverageLedger(const Surface& surface, std::uint32_t slots, const CoverageOptions& options,
                  double min_reference_gain);
 
+  // Copies a ledger, with room for `more_slots` more views. Time: that of copying the members of all cells, which is
+  // far less than that of inserting them again.
+  CoverageLedger(const CoverageLedger& other, std::uint32_t more_slots);
+
   [[nodiscard]] std::size_t cells() const { return cells_; }          // how many the surface has
   [[nodiscard]] std::size_t slots() const { return stored_.size(); }  // how many views it can hold
 
@@ -53,6 +57,13 @@ class CoverageLedger {
   // The slot must not be free (std::logic_error).
   void erase(ViewSlot slot);
 
+  // Removes a stored view's parts in cells that have a 0 in `kept`, with their demand; one entry for each cell
+  // (std::invalid_argument). The slot must not be free (std::logic_error).
+  void keep_cells(ViewSlot slot, std::span<const std::uint8_t> kept);
+  // Gives a stored view other parts, with their demand. Cells in which its part is the same stay as they are, and cost
+  // nothing. The slot must not be free (std::logic_error).
+  void replace(ViewSlot slot, std::vector<CellPart> parts);
+
   [[nodiscard]] double summed_coverage() const { return summed_coverage_; }  // scov, by CellCoverage::value()
   [[nodiscard]] double loss(ViewSlot slot) const { return loss_[slot]; }     // what scov would lose without its view
   [[nodiscard]] double coverage(CellId cell) const { return coverage_->value(cell); }  // its part in scov
@@ -68,15 +79,19 @@ class CoverageLedger {
 
   // Follows a change of the geometry that numbers the cells anew, see CellCoverage::follow(); one entry for each
   // (std::invalid_argument). No stored view may see an old cell that no new one takes over (std::logic_error): the
-  // caller erases such views before and inserts them again after.
+  // caller calls keep_cells() before and replace() after.
   void follow(const Surface& surface, std::span<const CellId> previous_cell);
 
  private:
   struct Changes;
   void require_cells(std::span<const CellPart> parts) const;
   void require_slots(std::span<const ViewSlot> slots) const;
+  void require_stored(ViewSlot slot) const;
   void add(const Changes& changes);
   void count_demand(std::span<const CellPart> parts, DemandChange change);
+  // Change the members of cells and their demand, and not `parts_`.
+  void enter(ViewSlot slot, std::span<const CellPart> parts);
+  void leave(ViewSlot slot, std::span<const CellPart> parts);
   template <typename Change>
   void change_cells(std::span<const CellPart> parts, const Change& change);
 

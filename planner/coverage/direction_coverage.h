@@ -57,6 +57,10 @@ class DirectionCoverage final : public CellCoverage {
   // Like make_cell_coverage(). `min_reference_gain` is in cells.
   DirectionCoverage(const Surface& surface, const CoverageOptions& options, double min_reference_gain);
 
+  [[nodiscard]] std::unique_ptr<CellCoverage> copy() const override {
+    return std::make_unique<DirectionCoverage>(*this);
+  }
+
   // Forgets the members that are among the best K + 1 of no direction, which changes no value: at most
   // (K + 1) * CoverageOptions::directions are left. What they would be worth at another ideal distance is lost.
   void forget_idle(CellId cell);

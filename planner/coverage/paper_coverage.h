@@ -15,6 +15,8 @@ class PaperCoverage final : public CellCoverage {
   // Like make_cell_coverage(), for `cells` cells.
   PaperCoverage(std::size_t cells, const CoverageOptions& options, double min_reference_gain);
 
+  [[nodiscard]] std::unique_ptr<CellCoverage> copy() const override { return std::make_unique<PaperCoverage>(*this); }
+
  private:
   [[nodiscard]] double do_value(CellId cell) const override { return cells_[cell].value; }
   [[nodiscard]] double do_gain(CellId cell, const Contribution& part, std::span<const std::uint8_t> victims,

@@ -17,12 +17,13 @@ Sighting sighting_of(const LiveSight& sight, const Camera& camera, const Planner
   return seen;
 }
 
-LiveCoverage::LiveCoverage(const Surface& surface, std::uint32_t max_views, std::uint32_t waiting,
-                           const PlannerOptions& options)
+LiveCoverage::LiveCoverage(const PlannedStore& store, std::uint32_t waiting, const PlannerOptions& options)
     : options_(options),
-      max_views_(max_views),
-      ledger_(surface, max_views + waiting, options.coverage, options.min_reference_gain),
-      names_(max_views) {}
+      max_views_(static_cast<std::uint32_t>(store.ledger().slots())),
+      ledger_(store.ledger(), waiting),
+      names_(max_views_) {
+  for (const ViewSlot slot : stored_slots()) names_[slot] = store.name_of(slot);
+}
 
 std::vector<ViewSlot> LiveCoverage::stored_slots() const {
   std::vector<ViewSlot> slots;
@@ -66,7 +67,7 @@ void LiveCoverage::remove_waiting(std::uint32_t number) {
   ledger_.erase(slot_of(number));
 }
 
-bool LiveCoverage::follow(const PlannedStore& store, ViewSlot slot, bool with_demand) {
+bool LiveCoverage::follow(const PlannedStore& store, ViewSlot slot) {
   const bool holds = store.ledger().stored(slot);
   const std::string name = holds ? store.name_of(slot) : std::string();
   if (holds == ledger_.stored(slot) && name == names_[slot]) return false;
@@ -74,7 +75,6 @@ bool LiveCoverage::follow(const PlannedStore& store, ViewSlot slot, bool with_de
   names_[slot] = name;
   if (!holds) return true;
   const std::span<const CellPart> parts = store.ledger().parts(slot);
-  if (with_demand) ledger_.add_demand(parts);
   ledger_.insert(slot, {parts.begin(), parts.end()});
   return true;
 }

@@ -35,8 +35,9 @@ struct Sighting {
 // Counts how well stored and waiting views cover one version of the surface. Not safe from several threads.
 class LiveCoverage {
  public:
-  // `waiting`: views that may wait at once. `options` must outlive this.
-  LiveCoverage(const Surface& surface, std::uint32_t max_views, std::uint32_t waiting, const PlannerOptions& options);
+  // Begins with what the store counts, as it is now. `waiting`: views that may wait at once. `options` must outlive
+  // this.
+  LiveCoverage(const PlannedStore& store, std::uint32_t waiting, const PlannerOptions& options);
 
   // Returns the share of the picture that the view would show better than what is stored or waits, in [0, 1]: all of
   // what has no surface, and of each cell what it would add to the most that the cell can count.
@@ -50,8 +51,7 @@ class LiveCoverage {
   std::uint32_t add_waiting(const Sighting& seen);
   void remove_waiting(std::uint32_t number);
   // Counts the view of one slot of the store as the planner does, and returns whether it is another one than before.
-  // `with_demand`: counts its demand too.
-  bool follow(const PlannedStore& store, ViewSlot slot, bool with_demand = false);
+  bool follow(const PlannedStore& store, ViewSlot slot);
 
  private:
   [[nodiscard]] ViewSlot slot_of(std::uint32_t waiting) const { return ViewSlot{max_views_ + waiting}; }

@@ -562,9 +562,7 @@ void LiveModel::State::take_moves(Lock& lock) {
 // Offers go on with the account before, outside the lock, until a new one knows all that waits.
 void LiveModel::State::count_anew(Lock& lock, std::shared_ptr<const LiveSight> next, std::uint64_t next_depths) {
   lock.unlock();
-  auto fresh =
-      std::make_unique<LiveCoverage>(*next->surface, options.max_views, options.waiting_views + 2, planner_options);
-  for (ViewSlot slot{0}; slot < options.max_views; ++slot) (void)fresh->follow(planner->store(), slot, true);
+  auto fresh = std::make_unique<LiveCoverage>(planner->store(), options.waiting_views + 2, planner_options);
   lock.lock();
   std::map<std::uint64_t, Recount> recounted;
   for (;;) {

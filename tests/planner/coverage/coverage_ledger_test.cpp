@@ -131,6 +131,65 @@ TEST_CASE("whatever is kept up equals its definition, after hundreds of insertio
   }
 }
 
+TEST_CASE("a view whose parts are replaced counts as if it had been inserted with them, and so does its demand") {
+  for (const CoverageOptions& options : {options_of(Metric::directions), options_of(Metric::paper)}) {
+    Ledger scene(options);
+    for (ViewSlot slot{0}; slot < kSlots; ++slot) scene.ledger.insert(slot, scene.offered());
+    for (int round = 0; round < 60; ++round) {
+      const ViewSlot slot(static_cast<std::uint32_t>(scene.random() % kSlots));
+      const std::span<const CellPart> now = scene.ledger.parts(slot);
+      const std::vector<CellPart> before(now.begin(), now.end());
+      std::vector<std::uint8_t> kept(scene.ledger.cells());
+      for (std::uint8_t& keeps : kept) keeps = scene.random() % 8 != 0;
+      // Cells that are not kept come again or not, some others are seen otherwise, and new ones come.
+      std::vector<CellPart> after = random_half(scene.random, *scene.surface);
+      for (CellPart& entry : after) {
+        const auto old =
+            std::find_if(before.begin(), before.end(), [&](const auto& e) { return e.cell == entry.cell; });
+        if (old != before.end() && scene.random() % 4 != 0) entry = *old;
+      }
+      scene.ledger.keep_cells(slot, kept);
+      CHECK(std::none_of(scene.ledger.parts(slot).begin(), scene.ledger.parts(slot).end(),
+                         [&](const CellPart& entry) { return kept[entry.cell] == 0; }));
+      scene.ledger.replace(slot, after);
+      CHECK(std::equal(after.begin(), after.end(), scene.ledger.parts(slot).begin(), scene.ledger.parts(slot).end(),
+                       [](const auto& a, const auto& b) { return a.cell == b.cell && a.part == b.part; }));
+      const auto asked = std::find_if(scene.asked.begin(), scene.asked.end(), [&](const auto& parts) {
+        return std::equal(parts.begin(), parts.end(), before.begin(), before.end(),
+                          [](const auto& a, const auto& b) { return a.cell == b.cell && a.part == b.part; });
+      });
+      REQUIRE(asked != scene.asked.end());
+      *asked = after;
+    }
+    if (options.metric == Metric::directions) check_against_scratch(scene, options);
+    double sum = 0;
+    for (CellId cell{0}; cell < scene.ledger.cells(); ++cell) sum += scene.ledger.coverage(cell);
+    CHECK(scene.ledger.summed_coverage() == Approx(sum).margin(1e-9));
+    for (ViewSlot slot{0}; slot < kSlots; ++slot) {
+      const std::vector<ViewSlot> gone{slot};
+      CHECK(scene.ledger.loss(slot) == Approx(-scene.ledger.joint_exchange_gain({}, gone)).margin(1e-9));
+    }
+  }
+}
+
+TEST_CASE("a copy of a ledger says the same, has more slots, and changes alone") {
+  for (const CoverageOptions& options : {options_of(Metric::directions), options_of(Metric::paper)}) {
+    Ledger scene(options);
+    for (int i = 0; i < 60; ++i) step(scene);
+    CoverageLedger copy(scene.ledger, 2);
+    CHECK(copy.slots() == kSlots + 2);
+    const double before = scene.ledger.summed_coverage();
+    CHECK(copy.summed_coverage() == before);
+    const std::vector<CellPart> more = random_half(scene.random, *scene.surface);
+    CHECK(copy.gain(more) == scene.ledger.gain(more));
+    copy.insert(ViewSlot{kSlots + 1}, more);
+    CHECK(copy.summed_coverage() == Approx(before + scene.ledger.gain(more)));
+    CHECK(scene.ledger.summed_coverage() == before);
+    copy.erase(ViewSlot{kSlots + 1});
+    if (options.metric == Metric::directions) CHECK(copy.summed_coverage() == Approx(before));  // whatever the history
+  }
+}
+
 TEST_CASE("the gain of an exchange is what scov rises by when it is made") {
   const CoverageOptions options = options_of(Metric::directions);
   Ledger scene(options);

@@ -99,8 +99,7 @@ class Bench {
                                                      DepthRenewal::later);
     steps.taking = ms_of(start);
     start = std::chrono::steady_clock::now();
-    LiveCoverage coverage(*next.surface, flags_.views, 24, planner_options_);
-    for (ViewSlot slot{0}; slot < flags_.views; ++slot) (void)coverage.follow(planner_->store(), slot, true);
+    const LiveCoverage coverage(planner_->store(), 24, planner_options_);
     steps.counting = ms_of(start);
     const auto changed = std::count(next.changed.begin(), next.changed.end(), 1);
     steps.changed = static_cast<double>(changed) / static_cast<double>(next.changed.size());
