@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -82,6 +83,29 @@ nlohmann::json times_json(const LiveTimes& times) {
   return {{"count", times.count}, {"mean", mean}, {"last", times.last}, {"worst", times.worst}};
 }
 
+// Means over the views that were stored, slowest first, up to the share `of` of them.
+nlohmann::json waits_json(const PlaybackRecord& record, double of) {
+  std::vector<const LiveOutcome*> stored;
+  for (const LiveOutcome& outcome : record.outcomes) {
+    if (outcome.verdict.slot) stored.push_back(&outcome);
+  }
+  std::sort(stored.begin(), stored.end(),
+            [](const auto* a, const auto* b) { return a->until_stored > b->until_stored; });
+  stored.resize(static_cast<std::size_t>(std::ceil(of * static_cast<double>(stored.size()))));
+  if (stored.empty()) return nullptr;
+  const auto mean = [&](double LiveWaits::*part) {
+    double sum = 0;
+    for (const LiveOutcome* outcome : stored) sum += outcome->waits.*part;
+    return sum / static_cast<double>(stored.size());
+  };
+  return {{"views", stored.size()},
+          {"for_surface", mean(&LiveWaits::for_surface)},
+          {"behind_surface", mean(&LiveWaits::behind_surface)},
+          {"behind_views", mean(&LiveWaits::behind_views)},
+          {"behind_depths", mean(&LiveWaits::behind_depths)},
+          {"storing", mean(&LiveWaits::storing)}};
+}
+
 std::vector<double> times_until_stored(const PlaybackRecord& record) {
   std::vector<double> times;
   for (const LiveOutcome& outcome : record.outcomes) {
@@ -127,6 +151,7 @@ nlohmann::json live_json(const PlaybackRecord& record) {
       {"moving_ms", times_json(live.moving)},
       {"fusing_again_ms", times_json(live.fusing_again)},
       {"until_stored_ms", spread_json(times_until_stored(record))},
+      {"waits_ms", {{"all", waits_json(record, 1)}, {"slowest_tenth", waits_json(record, 0.1)}}},
       {"late_ms", spread_json(record.late_ms)},
       {"fusion_ms", times_json(live.fusion)},
       {"surface_making_ms", times_json(live.surface_making)},

@@ -29,9 +29,11 @@ constexpr Requirement live_requires{"live"};
 
 // A view is not decided before the surface has grown if more than this share of its picture has no surface yet.
 constexpr double kMuchUnseen = 0.2;
-constexpr double kStoringShare = 2;  // as much time for views as for surfaces, times this, while both wait
-constexpr int kRenewedAView = 2;     // depths of other views that are made again before the next view is stored
-constexpr int kFusedAMove = 2;       // depth frames that are fused, if any wait, before the next one is moved
+constexpr double kFewestWaiting = 4;      // views that may wait, however long they take
+constexpr double kServiceMemory = 0.125;  // share of the last view in the mean time that a view takes
+constexpr double kStoringShare = 2;       // as much time for views as for surfaces, times this, while both wait
+constexpr int kRenewedAView = 2;          // depths of other views that are made again before the next view is stored
+constexpr int kFusedAMove = 2;            // depth frames that are fused, if any wait, before the next one is moved
 constexpr std::size_t kMostPassed =
     256;  // views that count for demand and wait for it; of more the first are forgotten
 
@@ -68,6 +70,8 @@ void check(const LiveOptions& options) {
   live_requires(options.waiting_depths >= 1, "waiting_depths", options.waiting_depths, "at least 1");
   live_requires(options.surface_interval.count() > 0, "surface_interval",
                 static_cast<double>(options.surface_interval.count()), "above 0");
+  live_requires(options.longest_wait.count() > 0, "longest_wait", static_cast<double>(options.longest_wait.count()),
+                "above 0");
   check(options.surface);
   PlannerOptions planner = options.planner;
   if (planner.coverage.ideal_distance == 0) planner.coverage.ideal_distance = 1;
@@ -119,7 +123,12 @@ struct LiveModel::State {
   std::vector<WaitingView> waiting;
   std::vector<Camera> passed;  // cameras of views that were not needed
   std::vector<std::vector<MovedView>> moves;
+  double service_ms = 0;  // mean time of the last views; 0: none was stored
+  LiveClock::time_point last_served{};
   bool views_busy = false;
+  ViewsWork views_work;  // of the thread of the views, without the job that runs
+  double ViewsWork::*views_job = nullptr;
+  LiveClock::time_point views_job_began{};
   bool old_depths = false;  // views wait for the depth that they have on the surface
 
   std::vector<WaitingDepth> depths;
@@ -174,7 +183,10 @@ struct LiveModel::State {
   }
   [[nodiscard]] bool all_rests() const;
   [[nodiscard]] bool is_ready(const WaitingView& view, std::uint64_t surface_depths) const;
+  [[nodiscard]] double urgency(const WaitingView& view, LiveClock::time_point now) const;
   [[nodiscard]] std::optional<std::size_t> next_view() const;
+  [[nodiscard]] std::size_t most_waiting() const;
+  void note_served(const WaitingView& view);
   [[nodiscard]] bool may_take_surface() const;
   [[nodiscard]] bool has_surface_to_make() const;
   [[nodiscard]] bool may_make_surface() const;
@@ -201,6 +213,10 @@ struct LiveModel::State {
   // Called without the lock.
   void recount(const std::vector<Undecided>& views, const LiveSight& next, LiveCoverage& fresh,
                std::map<std::uint64_t, Recount>& recounted) const;
+
+  [[nodiscard]] ViewsWork work_until_now() const;
+  void note_ready(WaitingView& view) const;
+  [[nodiscard]] LiveWaits waits_of(const WaitingView& view) const;
 
   void run_views();
   void run_depths();
@@ -258,14 +274,37 @@ bool LiveModel::State::is_ready(const WaitingView& view, std::uint64_t surface_d
   return !view.for_depths || surface_depths >= *view.for_depths || (depths_rest() && !grown);
 }
 
-// The view with the most news first, of equals the one that was offered first.
+// News, and the time that the view has been ready in units of the longest wait: so that none waits for ever behind
+// others with more news.
+double LiveModel::State::urgency(const WaitingView& view, LiveClock::time_point now) const {
+  return view.news + ms_of(now - view.ready) / static_cast<double>(options.longest_wait.count());
+}
+
+// The most urgent view first, of equals the one that was offered first.
 std::optional<std::size_t> LiveModel::State::next_view() const {
   if (!sight) return std::nullopt;
+  const LiveClock::time_point now = LiveClock::now();
   std::optional<std::size_t> best;
   for (std::size_t i = 0; i < waiting.size(); ++i) {
-    if (is_ready(waiting[i], sight_depths) && (!best || waiting[i].news > waiting[*best].news)) best = i;
+    if (!is_ready(waiting[i], sight_depths)) continue;
+    if (!best || urgency(waiting[i], now) > urgency(waiting[*best], now)) best = i;
   }
   return best;
+}
+
+// Returns how many views may wait, so that the last of them is stored within the longest wait.
+std::size_t LiveModel::State::most_waiting() const {
+  if (service_ms == 0) return options.waiting_views;
+  const double in_time = std::max(static_cast<double>(options.longest_wait.count()) / service_ms, kFewestWaiting);
+  return static_cast<std::size_t>(std::min(in_time, static_cast<double>(options.waiting_views)));
+}
+
+// Notes how long the thread of the views took for a view, with the surfaces and depths that came between.
+void LiveModel::State::note_served(const WaitingView& view) {
+  const LiveClock::time_point now = LiveClock::now();
+  const double ms = ms_of(now - std::max(view.ready, last_served));
+  last_served = now;
+  service_ms = service_ms == 0 ? ms : (1 - kServiceMemory) * service_ms + kServiceMemory * ms;
 }
 
 // Views are stored for kStoringShare times as long as the last surface took to be taken over, if any are ready.
@@ -324,11 +363,12 @@ LiveVerdict LiveModel::State::offer(const std::string& name, const Camera& camer
     return verdict;
   }
   verdict.decision = worth ? LiveDecision::chosen : LiveDecision::not_yet;
-  WaitingView view{name, camera, std::move(photograph), now, offers_++, verdict.news, std::nullopt, 0};
+  WaitingView view{name, camera, std::move(photograph), now, offers_++, verdict.news, std::nullopt, 0, {}, {}};
+  note_ready(view);
   if (!worth) view.for_depths = status.depths_given + status.pieces_given;
   if (sight) view.counted = coverage->add_waiting(seen);
   waiting.push_back(std::move(view));
-  while (waiting.size() > options.waiting_views) give_up(least_useful(waiting), verdict);
+  while (waiting.size() > most_waiting()) give_up(least_useful(waiting), verdict);
   changed.notify_all();
   return verdict;
 }
@@ -425,8 +465,37 @@ LiveStatus LiveModel::State::status_now() {
   return now;
 }
 
+ViewsWork LiveModel::State::work_until_now() const {
+  ViewsWork work = views_work;
+  if (views_job != nullptr) work.*views_job += ms_of(LiveClock::now() - views_job_began);
+  return work;
+}
+
+// Notes that a view waits for nothing but the thread of the views from now on.
+void LiveModel::State::note_ready(WaitingView& view) const {
+  view.ready = LiveClock::now();
+  view.work_before = work_until_now();
+}
+
+LiveWaits LiveModel::State::waits_of(const WaitingView& view) const {
+  const ViewsWork work = work_until_now();
+  LiveWaits waits;
+  waits.for_surface = ms_of(view.ready - view.offered);
+  waits.behind_surface = work.surfaces - view.work_before.surfaces;
+  waits.behind_views = work.views - view.work_before.views;
+  waits.behind_depths = work.depths - view.work_before.depths;
+  return waits;
+}
+
 void LiveModel::State::run_views() {
   Lock lock(mutex);
+  const auto work = [&](double ViewsWork::*job, const auto& run) {
+    views_job_began = LiveClock::now();
+    views_job = job;
+    run();
+    views_job = nullptr;
+    views_work.*job += ms_of(LiveClock::now() - views_job_began);
+  };
   int renewed = kRenewedAView;  // depths since the last view was stored
   for (;;) {
     // A surface may wait for a time, of which nothing tells.
@@ -437,16 +506,16 @@ void LiveModel::State::run_views() {
     if (is_over()) return;
     views_busy = true;
     if (!moves.empty() && sight) {
-      take_moves(lock);
+      work(&ViewsWork::surfaces, [&] { take_moves(lock); });
     } else if (!moves.empty()) {
       moves.clear();  // no view is stored
     } else if (may_take_surface()) {
-      take_surface(lock);
+      work(&ViewsWork::surfaces, [&] { take_surface(lock); });
     } else if (const std::optional<std::size_t> view = next_view(); view && (!old_depths || renewed >= kRenewedAView)) {
-      store_view(lock, *view);
+      work(&ViewsWork::views, [&] { store_view(lock, *view); });
       renewed = 0;
     } else if (old_depths) {
-      renew_depth(lock);
+      work(&ViewsWork::depths, [&] { renew_depth(lock); });
       ++renewed;
     } else if (sight && !passed.empty()) {
       count_passed(lock);
@@ -459,9 +528,9 @@ void LiveModel::State::run_views() {
 void LiveModel::State::store_view(Lock& lock, std::size_t place) {
   WaitingView view = std::move(waiting[place]);
   waiting.erase(waiting.begin() + static_cast<std::ptrdiff_t>(place));
+  LiveOutcome outcome{view.name, {}, {}, 0, waits_of(view)};
   lock.unlock();
   const LiveStopwatch stopwatch;
-  LiveOutcome outcome{view.name, {}, {}, 0};
   try {
     outcome.verdict = planner->offer(view.name, view.camera, view.photograph);
   } catch (const std::exception& error) {
@@ -469,7 +538,8 @@ void LiveModel::State::store_view(Lock& lock, std::size_t place) {
   }
   outcome.until_stored = ms_of(LiveClock::now() - view.offered);
   lock.lock();
-  stopwatch.stop(status.storing);
+  outcome.waits.storing = stopwatch.stop(status.storing);
+  note_served(view);
   coverage->remove_waiting(view.counted);
   for (ViewSlot slot{0}; slot < options.max_views; ++slot) {
     if (!coverage->follow(planner->store(), slot)) continue;
@@ -631,14 +701,17 @@ void LiveModel::State::take_recounts(const std::map<std::uint64_t, Recount>& rec
     }
     view.news = result.news;
     view.counted = *result.counted;
-    if (result.worth) view.for_depths.reset();
+    if (result.worth && view.for_depths) {
+      view.for_depths.reset();
+      note_ready(view);
+    }
     waiting.push_back(std::move(view));
   }
 }
 
 void LiveModel::State::turn_away(const WaitingView& view) {
   ++status.not_needed;
-  outcomes.push_back({view.name, {}, {}, ms_of(LiveClock::now() - view.offered)});
+  outcomes.push_back({view.name, {}, {}, ms_of(LiveClock::now() - view.offered), {}});
   note_passed(view.camera);
 }
 

@@ -44,7 +44,10 @@ struct LiveOptions {
   LiveSurfaceOptions surface;
   std::chrono::milliseconds surface_interval{500};  // between two surfaces at least, > 0; longer where they take longer
   std::uint32_t waiting_views = 24;                 // chosen, and not stored yet; >= 1
-  std::uint32_t waiting_depths = 8;                 // given, and not fused yet; >= 1
+  // Where a chosen view would wait longer than this for those before it, by the time that the last views took, fewer
+  // may wait, but 4 at least. It counts as much in their order as all of LiveVerdict::news. > 0.
+  std::chrono::milliseconds longest_wait{1000};
+  std::uint32_t waiting_depths = 8;  // given, and not fused yet; >= 1
 };
 
 // Throws std::invalid_argument naming the field, its value and the rule that it breaks.
@@ -63,12 +66,22 @@ struct LiveVerdict {
   std::vector<std::string> dropped;  // views that waited and are given up for it; may name the view itself
 };
 
+// Divides the time from offer() until a view is stored by what the view waited for, milliseconds.
+struct LiveWaits {
+  double for_surface = 0;     // until the surface had the depth frames that came before it
+  double behind_surface = 0;  // while the thread of the views took over surfaces and poses
+  double behind_views = 0;    // while it stored other views
+  double behind_depths = 0;   // while it renewed depths of stored views
+  double storing = 0;         // while the view was read, refined and stored
+};
+
 // Tells the outcome for a view that was chosen or not decided yet.
 struct LiveOutcome {
   std::string name;
   Verdict verdict;          // the planner's
   std::string failure;      // why its photograph could not be read; empty: it was read
   double until_stored = 0;  // from offer() until snapshots have it, or it is turned away; milliseconds
+  LiveWaits waits;          // of a view whose photograph was asked for
 };
 
 // Counts a kind of work, and sums its wall time, milliseconds.

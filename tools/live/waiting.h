@@ -19,6 +19,11 @@ namespace lumatlas {
 
 using LiveClock = std::chrono::steady_clock;
 
+// What a thread has spent its time on so far, milliseconds.
+struct ViewsWork {
+  double surfaces = 0, views = 0, depths = 0;
+};
+
 // A view that is chosen, or not decided yet.
 struct WaitingView {
   std::string name;
@@ -29,6 +34,8 @@ struct WaitingView {
   double news = 0;                          // see LiveVerdict::news
   std::optional<std::uint64_t> for_depths;  // decided once the surface has this many of the given depth frames
   std::uint32_t counted = 0;                // see LiveCoverage::add_waiting()
+  LiveClock::time_point ready;              // when it was decided
+  ViewsWork work_before;                    // what the thread of the views had done then
 };
 
 struct WaitingDepth {

@@ -31,6 +31,7 @@ namespace lumatlas {
   options.surface.voxel = 0.1;
   options.surface.cell_size = 0.5;
   options.surface_interval = std::chrono::milliseconds(1);
+  options.longest_wait = std::chrono::hours(1);
   options.planner.visibility_px = 64;
   options.planner.refinement.alignment.pose = false;
   options.planner.refinement.alignment.exposure = false;
