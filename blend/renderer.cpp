@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <array>
+#include <chrono>
 #include <cmath>
 #include <cstddef>
 #include <glm/glm.hpp>
@@ -18,20 +19,21 @@
 #include <utility>
 #include <vector>
 
-#include "blend/cubic_kernel.h"
 #include "blend/exposure.h"
 #include "blend/gl/egl_context.h"
 #include "blend/gl/gl_objects.h"
 #include "blend/gl/gl_state.h"
+#include "blend/gl/mesh_objects.h"
 #include "blend/gl/photograph_array.h"
 #include "blend/gl/picture_parts.h"
 #include "blend/gl/picture_targets.h"
 #include "blend/gl/shader_program.h"
-#include "blend/soft_edges.h"
+#include "blend/gl/snapshot_upload.h"
 #include "blend/supersampling.h"
 #include "blend/tables/drawn_runs.h"
-#include "blend/tables/fade_zone_shares.h"
 #include "blend/tables/ranked_references.h"
+#include "blend/tables/snapshot_preparation.h"
+#include "blend/tables/snapshot_tables.h"
 #include "blend/tables/view_table.h"
 #include "blend/tables/zone_mesh.h"
 #include "mesh/base/number_text.h"
@@ -48,18 +50,12 @@ struct PictureBlock {
 };
 static_assert(sizeof(PictureBlock) == 12 * sizeof(glm::vec4));
 
-// The nearest surface drawn, as a share of the mesh's box, which stray faces may make far larger than the scene. Depth
-// is reversed and a float, so its relative precision is the same however small this is.
-constexpr double kNearShare = 1e-8;
-
 // In the stencil: 1 + which of kCellsOfShader is for the face, and which pixels are means of samples.
 constexpr GLint kSampled = 4;
 static_assert(kCellsOfShader.size() < kSampled);
 
 // Limits of RendererOptions::part_px. With the most samples a part's texture is then within 16384 pixels a side.
 constexpr std::uint32_t kLeastPart = 64, kMostPart = 4000;
-
-constexpr const char* kViewsName = "numbers of its views";
 
 template <typename T>
 GlTexture table_of(const GlTableFormat& format, const std::vector<T>& entries, const char* what) {
@@ -161,44 +157,35 @@ struct HostTarget {
 };
 
 struct Renderer::State {
+  State() = default;
+  ~State() {
+    if (upload) upload->preparation().cancel();  // another thread may wait in prepare()
+  }
+  State(const State&) = delete;
+  State& operator=(const State&) = delete;
+
   RendererOptions steps;
   PassListener listener;
   bool in_software = false;  // the driver draws so
   ShaderPrograms programs;
-  GlVertexArray no_vertices, mesh;
-  GlBuffer positions, colors, shares, zone_numbers, faces, picture_block;
-  GlTexture zones, cells;
-  GlTable reference_lists{kPairs, "references"};
+  GlVertexArray no_vertices;
+  GlBuffer picture_block;
+  MeshObjects mesh;
+  GlTexture zone_table, cell_table;
+  GlTable reference_lists{kPairs, kReferencesName};
   GlTable views{kVectors, kViewsName};
   GlBuffer views_block;  // the same, of kBlockTexels, where they fit
   PhotographArray photographs;
-  DrawnRuns runs;
-  DrawnRuns::OfShaders seen_runs;  // by the camera of the part that is drawn
-  double near_depth = 0;
-  double before_far = 0;           // depth_before_far() of the surface, as large as a float can be without a far sphere
-  double most_edge_deviation = 0;  // scene units, see soft_edges.h; 0: no edge is soft
-  NearbyExposure nearby_exposure;
-  // The inputs that load_zones() needs again for another width.
-  std::shared_ptr<const Surface> surface;
-  FallbackColors vertex_colors;
-  std::vector<std::uint8_t> cell_seen;
-  std::vector<float> cell_deviation;
-  ReferenceTable references;
-  // The loaded mesh, for stores that change. The cells that may be joined change with every view, and with them the
-  // mesh. So once a store has changed under its surface, no cells are joined any more, under later surfaces either.
-  ZoneCells zone_cells;
-  std::vector<Ball> balls;  // around the faces of each combination of cells
-  ZoneReferences lists;
-  std::vector<RankedReference> ranked;                    // the references of `lists` in the order that is drawn
-  std::vector<std::optional<glm::dvec3>> stored_centers;  // of the views' cameras, by slot
-  std::vector<std::uint32_t> vertex_sources;
-  FallbackColors loaded_colors;  // of the loaded mesh
-  bool changes = false;
-  bool is_joined = false;  // the mesh that is loaded
-  std::uint32_t cubic_levels = 0;
-  std::optional<double> border_width;  // that mesh and zones are loaded for
+  std::shared_ptr<const SnapshotTables> tables;  // null before load()
+  std::shared_ptr<const DrawnZones> zones;       // of the mesh; null: it is made with the next picture
+  std::shared_ptr<const ZoneReferences> lists;
+  std::vector<RankedReference> ranked;  // the references of `lists` in the order that is drawn
+  FallbackColors loaded_colors;         // of the mesh
+  DrawnRuns::OfShaders seen_runs;       // by the camera of the part that is drawn
   bool loaded = false;
   std::uint64_t meshes = 0;  // that were loaded
+  std::optional<SnapshotUpload> upload;
+  BlendOptions upload_options;  // of the pictures that the next snapshot is for
   PartTargets targets;
   WholeTarget whole;
 
@@ -206,15 +193,17 @@ struct Renderer::State {
   void tell(const char* pass) const;
   void take_tables(const Snapshot& snapshot);
   void load_references();
+  void drop_upload();
+  void take_upload();
   void rank(const Camera& camera, const BlendOptions& options);
   // The number of levels, finest first, that are sampled cubically.
   [[nodiscard]] std::uint32_t sampled_cubic(const BlendOptions& options) const;
   void renew_colors();
   void load_zones(double width);
-  void load_mesh(const ZoneMesh& copy);
   void describe(const Camera& camera, const glm::dvec3& exposure, const BlendOptions& options) const;
   void store_views(std::vector<glm::vec4> table);
   [[nodiscard]] bool views_in_block() const { return views_block.get() != 0; }
+  [[nodiscard]] bool make_next_program();
   void bind_tables() const;
   void draw_surface(const SurfaceTargets& target, std::uint32_t across);
   void draw_faces(bool marks);
@@ -228,6 +217,7 @@ struct Renderer::State {
   void present_part(const PicturePart& part, const HostTarget& host);
   [[nodiscard]] ProgramKey blend_key(Pass pass, std::uint32_t most_cells, const BlendOptions& options,
                                      Output output) const;
+  [[nodiscard]] std::vector<ProgramKey> picture_keys(const BlendOptions& options, double edge_deviation) const;
   [[nodiscard]] std::vector<PicturePart> parts() const { return parts_of(whole.width, whole.height, steps.part_px); }
   // Draws the surface of each part of the picture, and calls `draw_rest` for what else there is to draw of it.
   template <typename DrawRest>
@@ -241,104 +231,60 @@ void Renderer::State::tell(const char* pass) const {
   if (listener) listener(pass);
 }
 
-// Those of a snapshot, and what of the mesh on the GPU depends on them. The mesh itself stays where that is of the same
-// surface.
+// Takes those of a snapshot, and what of the mesh on the GPU depends on them. The mesh stays where the surface does.
 void Renderer::State::take_tables(const Snapshot& snapshot) {
-  const bool same_surface = surface == snapshot.surface;
-  const bool same_references = same_surface && references.offsets == snapshot.references.offsets &&
-                               references.views == snapshot.references.views && cell_seen == snapshot.cell_seen;
-  const bool same_deviation = same_surface && cell_deviation == snapshot.cell_deviation;
-  changes = changes || (same_surface && !same_references);
-  surface = snapshot.surface;
-  vertex_colors = snapshot.vertex_colors;  // they are made when they are drawn
-  if (!same_references) {
-    cell_seen = snapshot.cell_seen;
-    references = snapshot.references;
-  }
-  if (!same_deviation) cell_deviation = snapshot.cell_deviation;
-  if (!same_surface || (!same_references && is_joined)) border_width.reset();
-  const std::optional<double> width = std::exchange(border_width, std::nullopt);
-  if (!width) return;  // all is made when it is drawn
-  if (!same_references || !same_deviation) load_references();
-  border_width = width;
+  const SameTables same = same_tables(tables.get(), snapshot);
+  tables = tables_after(tables.get(), snapshot);
+  const std::shared_ptr<const DrawnZones> former = std::exchange(zones, nullptr);
+  if (!stays(former.get(), same)) return;  // all is made when it is drawn
+  zones = former;
+  if (!same.references || !same.deviation) load_references();
 }
 
 // Brings the loaded mesh's colours up to date.
 void Renderer::State::renew_colors() {
-  if (loaded_colors == vertex_colors) return;
-  const FallbackColors::Colors& now = vertex_colors.get();
-  std::vector<glm::u8vec3> copies;
-  copies.reserve(vertex_sources.size());
-  for (const std::uint32_t vertex : vertex_sources) copies.push_back(now[vertex]);
+  if (loaded_colors == tables->vertex_colors) return;
+  const std::vector<glm::u8vec3> copies = copied_colors(tables->vertex_colors, *zones);
   const auto bytes = std::as_bytes(std::span<const glm::u8vec3>(copies));
-  glBindBuffer(GL_COPY_WRITE_BUFFER, colors.get());
+  glBindBuffer(GL_COPY_WRITE_BUFFER, mesh.colors.get());
   glBufferSubData(GL_COPY_WRITE_BUFFER, 0, static_cast<GLsizeiptr>(bytes.size()), bytes.data());
   check_gl("renewing the mesh's colours");
-  loaded_colors = vertex_colors;
+  loaded_colors = tables->vertex_colors;
 }
 
 void Renderer::State::load_references() {
-  lists = zone_references(zone_cells, references, cell_seen, cell_deviation);
-  zones = table_of(kRecords, lists.zones, "zones of cells that fade into each other");
-  cells = table_of(kRecords, lists.cells, "cells");
-  ranked = unranked(lists);
+  const std::shared_ptr<const DrawnZones> of_zones = std::exchange(zones, nullptr);  // until all is there
+  lists = lists_of(*tables, *of_zones);
+  zone_table = table_of(kRecords, lists->zones, kZonesName);
+  cell_table = table_of(kRecords, lists->cells, kCellsName);
+  ranked = unranked(*lists);
+  zones = of_zones;
 }
 
 // Orders the references for a picture, if pixels may stop early, and copies them to the GPU.
 void Renderer::State::rank(const Camera& camera, const BlendOptions& options) {
-  if (steps.skip_losers) rank_references(lists, balls, camera, stored_centers, options, ranked);
+  if (steps.skip_losers) rank_references(*lists, zones->balls, camera, tables->stored_centers, options, ranked);
   reference_lists.store(std::as_bytes(std::span<const RankedReference>(ranked)));
   tell("ranking");
 }
 
 // Mesh and zones for a width as in BlendOptions.
 void Renderer::State::load_zones(double width) {
-  if (border_width == width) {
+  if (zones && zones->border_width == width) {
     renew_colors();
     return;
   }
-  border_width.reset();
-  CellShares cell_shares = share_cells(*surface, width * surface->cells.size);
-  is_joined = steps.join_cells && width > 0 && !changes;
-  if (is_joined) cell_shares = joined(std::move(cell_shares), first_of_same_references(references));
-  ZoneMesh copy = zone_mesh(surface->mesh, vertex_colors.get(), surface->cells.cell_of_face, cell_shares);
-  balls = balls_of_combinations(copy);
-  zone_cells = std::move(copy.zone_cells);
-  vertex_sources = std::move(copy.sources);
-  load_references();
-  load_mesh(copy);
-  loaded_colors = vertex_colors;
+  zones = nullptr;
+  const MadeZones made = make_zones(*tables, width, steps.join_cells);
+  mesh = make_mesh_objects(made.mesh);
+  loaded_colors = tables->vertex_colors;
   ++meshes;
-  border_width = width;
-}
-
-void Renderer::State::load_mesh(const ZoneMesh& copy) {
-  positions = make_buffer(copy.positions);
-  colors = make_buffer(copy.colors);
-  shares = make_buffer(copy.shares);
-  zone_numbers = make_buffer(copy.zones);
-  faces = make_buffer(copy.faces);
-  runs = DrawnRuns(copy);
-  GLuint name = 0;
-  glGenVertexArrays(1, &name);
-  mesh = GlVertexArray(name);
-  glBindVertexArray(name);
-  glBindBuffer(GL_ARRAY_BUFFER, positions.get());
-  glVertexAttribPointer(0, 3, GL_FLOAT, GL_FALSE, sizeof(glm::vec3), nullptr);
-  glBindBuffer(GL_ARRAY_BUFFER, colors.get());
-  glVertexAttribPointer(1, 3, GL_UNSIGNED_BYTE, GL_TRUE, sizeof(glm::u8vec3), nullptr);
-  glBindBuffer(GL_ARRAY_BUFFER, shares.get());
-  glVertexAttribPointer(2, 3, GL_UNSIGNED_SHORT, GL_TRUE, sizeof(glm::u16vec4), nullptr);
-  glBindBuffer(GL_ARRAY_BUFFER, zone_numbers.get());
-  glVertexAttribIPointer(3, 1, GL_UNSIGNED_INT, sizeof(std::uint32_t), nullptr);
-  for (const GLuint attribute : {0u, 1u, 2u, 3u}) glEnableVertexAttribArray(attribute);
-  glBindBuffer(GL_ELEMENT_ARRAY_BUFFER, faces.get());
-  glBindVertexArray(0);
-  check_gl("loading the mesh");
+  zones = made.zones;
+  load_references();
 }
 
 std::uint32_t Renderer::State::sampled_cubic(const BlendOptions& options) const {
-  return options.sampling == BlendOptions::Sampling::cubic ? cubic_levels : 0;
+  return tables && options.sampling == BlendOptions::Sampling::cubic ? tables->cubic_levels : 0;
 }
 
 // For all passes of a part of a picture, which is shown in that exposure.
@@ -349,14 +295,15 @@ void Renderer::State::describe(const Camera& camera, const glm::dvec3& exposure,
   block.intrinsics = glm::dvec4(camera.fx, camera.fy, camera.cx, camera.cy);
   block.clip_from_cam = clip_from_cam(camera);
   block.center = glm::dvec4(camera.center(), camera.height);
-  block.exposure = glm::dvec4(exposure, near_depth);
-  block.weights = glm::dvec4(options.lambda, 1 + options.occlusion_tolerance, options.frame_fade, before_far);
+  block.exposure = glm::dvec4(exposure, tables->near_depth);
+  block.weights = glm::dvec4(options.lambda, 1 + options.occlusion_tolerance, options.frame_fade, tables->before_far);
   block.departures = {options.position == BlendOptions::Position::printed, options.rims, options.fade_last,
                       options.consistent};
   const ArrayShape& shape = photographs.shape();
   block.sampling = {static_cast<int>(sampled_cubic(options)), static_cast<int>(shape.levels), options.prefilter,
                     steps.skip_losers};
-  block.tiles = glm::ivec4(glm::ivec2(photographs.tile_size()), photographs.gutter(), shape.columns);
+  const ArrayContents& contents = photographs.contents();
+  block.tiles = glm::ivec4(glm::ivec2(contents.tile_size), contents.gutter, shape.columns);
   block.samples = {static_cast<int>(shape.rows), static_cast<int>(options.supersample),
                    options.antialias == BlendOptions::Antialias::all, options.soften};
   glBindBuffer(GL_UNIFORM_BUFFER, picture_block.get());
@@ -384,8 +331,8 @@ void Renderer::State::bind_tables() const {
   }
   bind_texture(TextureUnit::photographs, GL_TEXTURE_2D_ARRAY, photographs.photographs());
   bind_texture(TextureUnit::depths, GL_TEXTURE_2D_ARRAY, photographs.depths());
-  bind_texture(TextureUnit::zones, GL_TEXTURE_2D, zones);
-  bind_texture(TextureUnit::cells, GL_TEXTURE_2D, cells);
+  bind_texture(TextureUnit::zones, GL_TEXTURE_2D, zone_table);
+  bind_texture(TextureUnit::cells, GL_TEXTURE_2D, cell_table);
   bind_texture(TextureUnit::references, GL_TEXTURE_2D, reference_lists.texture());
   bind_texture(TextureUnit::tile_slots, GL_TEXTURE_2D, photographs.tile_slots());
 }
@@ -418,7 +365,7 @@ void Renderer::State::draw_surface(const SurfaceTargets& target, std::uint32_t a
 // Draws the faces that the part's camera may see. With `marks`, they write to the stencil which shader they are for.
 void Renderer::State::draw_faces(bool marks) {
   glUseProgram(programs.get({.pass = Pass::surface}));
-  glBindVertexArray(mesh.get());
+  glBindVertexArray(mesh.vertices.get());
   for (std::size_t i = 0; i < seen_runs.size(); ++i) {
     if (marks) glStencilFunc(GL_ALWAYS, static_cast<GLint>(i) + 1, 0xFF);
     for (const FaceRun& run : seen_runs.at(i)) {
@@ -512,7 +459,7 @@ void Renderer::State::draw_samples(const ColorTargets& target, const BlendOption
 
 // Blurs the part's picture across depth edges, as the middles' surface tells.
 void Renderer::State::soften_edges(ColorTargets& target, Output output) {
-  if (!(most_edge_deviation > 0)) return;
+  if (!(tables->most_edge_deviation > 0)) return;
   add_soft_edges(targets, target, output == Output::linear ? GL_RGBA32F : GL_RGBA8);
   const auto width = static_cast<GLsizei>(targets.width);
   const auto height = static_cast<GLsizei>(targets.height);
@@ -522,7 +469,7 @@ void Renderer::State::soften_edges(ColorTargets& target, Output output) {
   glClearBufferuiv(GL_COLOR, 0, kNoEdge.data());
   const GLuint edges = programs.get({.pass = Pass::edges});
   glUseProgram(edges);
-  glUniform1f(glGetUniformLocation(edges, "most_deviation"), static_cast<GLfloat>(most_edge_deviation));
+  glUniform1f(glGetUniformLocation(edges, "most_deviation"), static_cast<GLfloat>(tables->most_edge_deviation));
   draw_screen(edges, targets.middles.surface);
   glBindFramebuffer(GL_FRAMEBUFFER, targets.edge_rows_pass.get());
   glClearBufferuiv(GL_COLOR, 0, kNoEdge.data());
@@ -586,11 +533,11 @@ void Renderer::State::present_part(const PicturePart& part, const HostTarget& ho
 
 template <typename DrawRest>
 void Renderer::State::draw_parts(const Camera& camera, const BlendOptions& options, const DrawRest& draw_rest) {
-  const glm::dvec3 exposure = picture_exposure(nearby_exposure, camera, options);
+  const glm::dvec3 exposure = picture_exposure(tables->nearby_exposure, camera, options);
   for (const PicturePart& part : parts()) {
     const Camera of_part = camera_of_part(camera, part.drawn);
     describe(of_part, exposure, options);
-    seen_runs = runs.in_view(of_part);
+    seen_runs = zones->runs.in_view(of_part);
     draw_surface(targets.middles, 1);
     draw_rest(part);
   }
@@ -655,7 +602,7 @@ RendererWork Renderer::work() const {
 
 void Renderer::set_options(const RendererOptions& steps) {
   check_steps(steps);
-  if (state_->steps.join_cells != steps.join_cells) state_->border_width.reset();
+  if (state_->steps.join_cells != steps.join_cells) state_->zones = nullptr;
   state_->steps = steps;
 }
 
@@ -664,32 +611,100 @@ void Renderer::set_listener(PassListener listener) {
 }
 
 void Renderer::load(const Snapshot& snapshot) {
-  const bool same_surface = snapshot.surface && state_->surface == snapshot.surface;
-  if (same_surface) {
-    check_but_surface(snapshot);
-  } else {
-    check(snapshot);
+  State& state = *state_;
+  check_after(state.tables.get(), snapshot);
+  const GlStateGuard guard;
+  state.drop_upload();
+  state.loaded = false;
+  state.photographs.load(snapshot, state.steps.blocks.value_or(!state.in_software));
+  state.take_tables(snapshot);
+  state.store_views(view_table(snapshot, state.photographs.contents()));
+  state.loaded = true;
+}
+
+void Renderer::State::drop_upload() {
+  if (upload) upload->preparation().cancel();
+  upload.reset();
+}
+
+NextSnapshot Renderer::begin(Snapshot snapshot, const BlendOptions& options) {
+  check(options);
+  State& state = *state_;
+  state.drop_upload();
+  const RendererOptions& steps = state.steps;
+  const auto preparation = std::make_shared<SnapshotPreparation>(
+      std::move(snapshot),
+      FormerSnapshot{state.tables, state.zones, state.lists, state.loaded_colors, state.photographs.contents()},
+      PreparationOptions{options.border_width, steps.join_cells, steps.blocks.value_or(!state.in_software),
+                         limits_of_driver(), steps.waiting_bytes});
+  state.upload.emplace(preparation);
+  state.upload_options = options;
+  return NextSnapshot(preparation);
+}
+
+bool Renderer::upload(double milliseconds) {
+  State& state = *state_;
+  if (!state.upload) return true;
+  if (!(milliseconds >= 0)) {
+    throw std::invalid_argument("renderer: upload() may take " + number_text(milliseconds) + " ms, must be at least 0");
+  }
+  const auto end = std::chrono::steady_clock::now() + std::chrono::duration<double, std::milli>(milliseconds);
+  if (state.upload->preparation().is_cancelled()) {
+    const GlStateGuard guard;
+    state.drop_upload();
+    return true;
   }
   const GlStateGuard guard;
-  State& state = *state_;
-  state.loaded = false;
-  if (!same_surface) {
-    const Bounds box = bounds(near_surface(*snapshot.surface).mesh);
-    state.near_depth = kNearShare * glm::length(box.max - box.min);
-    state.before_far =
-        static_cast<double>(std::min(depth_before_far(*snapshot.surface), std::numeric_limits<float>::max()));
+  try {
+    do {
+      switch (state.upload->step(state.photographs)) {
+        case SnapshotUpload::Progress::waits:
+          return false;
+        case SnapshotUpload::Progress::goes_on:
+          break;
+        case SnapshotUpload::Progress::whole:
+          if (state.make_next_program()) break;
+          state.take_upload();
+          return true;
+      }
+    } while (std::chrono::steady_clock::now() < end);
+  } catch (...) {
+    state.drop_upload();
+    throw;
   }
-  state.take_tables(snapshot);
-  state.cubic_levels = cubic_levels(snapshot.tiles.options);
-  state.photographs.load(snapshot, state.steps.blocks.value_or(!state.in_software));
-  state.store_views(view_table(snapshot, state.photographs));
-  state.most_edge_deviation = kMostOfMedian * static_cast<double>(median_deviation(snapshot.cell_deviation));
-  state.nearby_exposure.follow(snapshot);
-  state.stored_centers.assign(snapshot.views.size(), std::nullopt);
-  for (std::size_t slot = 0; slot < snapshot.views.size(); ++slot) {
-    if (snapshot.views[slot]) state.stored_centers[slot] = snapshot.views[slot]->camera.center();
+  return false;
+}
+
+// Draws the next snapshot from now on, which is on the GPU as a whole.
+void Renderer::State::take_upload() {
+  SnapshotPreparation& preparation = upload->preparation();
+  PreparedTables& prepared = preparation.tables();
+  SnapshotUpload::Objects objects = upload->take();
+  // Another picture, or other options, may have replaced the mesh that the next snapshot was to keep.
+  const bool mesh_stays = !objects.mesh && zones && zones == preparation.former().zones;
+  if (objects.mesh) {
+    mesh = std::move(*objects.mesh);
+    ++meshes;
   }
-  state.loaded = true;
+  if (mesh_stays && objects.colors) {
+    mesh.colors = std::move(*objects.colors);
+    make_vertices(mesh);
+  }
+  zones = objects.mesh || mesh_stays ? prepared.zones : nullptr;
+  if (objects.mesh || objects.colors) loaded_colors = prepared.tables->vertex_colors;
+  tables = prepared.tables;
+  if (objects.zones.get() != 0) {
+    zone_table = std::move(objects.zones);
+    cell_table = std::move(objects.cells);
+  }
+  lists = prepared.lists;
+  ranked = std::move(prepared.references);
+  reference_lists = std::move(*objects.references);
+  views_block = objects.views_block ? std::move(*objects.views_block) : GlBuffer();
+  views = objects.views ? std::move(*objects.views) : GlTable(kVectors, kViewsName);
+  photographs.take(std::move(objects.textures), std::move(preparation.array().contents),
+                   std::move(*objects.tile_entries));
+  loaded = true;
 }
 
 // Makes what every kind of picture begins with.
@@ -737,21 +752,45 @@ void Renderer::make_ready(const BlendOptions& options) {
   State& state = *state_;
   if (!state.loaded) throw_not_loaded();
   const GlStateGuard guard;
-  std::vector<ProgramKey> keys{
-      {.pass = Pass::surface}, {.pass = Pass::present}, {.pass = Pass::present, .host_depth = true}};
+  std::vector<ProgramKey> keys = state.picture_keys(options, state.tables->most_edge_deviation);
+  keys.push_back({.pass = Pass::present});
+  keys.push_back({.pass = Pass::present, .host_depth = true});
+  state.programs.make(keys);
+  state.load_zones(options.border_width);
+}
+
+// Returns the keys of all programs that pictures with these options are drawn with, of a model whose softest edges have
+// that deviation.
+std::vector<ProgramKey> Renderer::State::picture_keys(const BlendOptions& options, double edge_deviation) const {
+  std::vector<ProgramKey> keys{{.pass = Pass::surface}};
   for (const std::uint32_t most_cells : kCellsOfShader) {
-    keys.push_back(state.blend_key(Pass::blend, most_cells, options, Output::srgb));
+    keys.push_back(blend_key(Pass::blend, most_cells, options, Output::srgb));
     if (!(options.border_width > 0)) break;  // no cells fade into each other
   }
   if (options.supersample > 1) {
     keys.push_back({.pass = Pass::silhouettes});
-    keys.push_back(state.blend_key(Pass::samples, kCellsOfShader.back(), options, Output::srgb));
+    keys.push_back(blend_key(Pass::samples, kCellsOfShader.back(), options, Output::srgb));
   }
-  if (options.soft_edges && state.most_edge_deviation > 0) {
+  if (options.soft_edges && edge_deviation > 0) {
     for (const Pass pass : {Pass::edges, Pass::edge_rows, Pass::soft_edges}) keys.push_back({.pass = pass});
   }
-  state.programs.make(keys);
-  state.load_zones(options.border_width);
+  return keys;
+}
+
+// Compiles one of the programs that the next snapshot needs and the former did not. Returns false if there is none.
+bool Renderer::State::make_next_program() {
+  const SnapshotTables& next = *upload->preparation().tables().tables;
+  const bool cubic = upload_options.sampling == BlendOptions::Sampling::cubic && next.cubic_levels > 0;
+  for (ProgramKey key : picture_keys(upload_options, next.most_edge_deviation)) {
+    if (key.pass == Pass::blend || key.pass == Pass::samples) {
+      key.cubic = cubic;
+      key.views_in_block = upload->views_in_block();
+    }
+    if (programs.has(key)) continue;
+    (void)programs.get(key);
+    return true;
+  }
+  return false;
 }
 
 std::uint32_t Renderer::picture_texture() const {

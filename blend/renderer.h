@@ -12,6 +12,7 @@
 #include "atlas/snapshot.h"
 #include "blend/blend_options.h"
 #include "blend/diagnosis.h"
+#include "blend/next_snapshot.h"
 #include "blend/rendering.h"
 #include "mesh/camera.h"
 
@@ -39,6 +40,9 @@ struct RendererOptions {
   // bytes a pixel, and 24 more for each sample of a pixel; the picture as a whole takes 4. Smaller parts take less
   // memory and more commands.
   std::uint32_t part_px = 640;
+  // Bytes of texels of a next snapshot from which on prepare() waits for upload(): see begin(). Up to 16 MB of tiles
+  // are prepared at once, which may wait in addition.
+  std::uint64_t waiting_bytes = 64 << 20;
 };
 
 // Counts of the work that a renderer has done since it was made.
@@ -91,6 +95,21 @@ class Renderer {
   // limit, the number and what to do, if the driver's limits (layers, texture size, buffer size) are exceeded, or its
   // free memory, if it reports that. The earlier snapshot is then gone too.
   void load(const Snapshot& snapshot);
+
+  // Begins to take the next snapshot while the former one is drawn, and gives up one that was begun before and is not
+  // drawn yet. Call prepare() of the result on another thread, and upload() with each frame. Once the snapshot is
+  // drawn, pictures are those that load() would give, to the last bit. `options` are those of the pictures to come:
+  // with another border width the mesh is made with the first picture. The array of photographs has places for the
+  // tiles of both snapshots; where few tiles change, that is little more than for one. With a new surface, both meshes
+  // are on the GPU meanwhile. Throws std::invalid_argument unless the options pass check().
+  [[nodiscard]] NextSnapshot begin(Snapshot snapshot, const BlendOptions& options);
+  // Copies parts of the next snapshot to the GPU for about so many milliseconds, one part at least if one is prepared.
+  // Parts take far less than a millisecond, except where the array grows: a page of photographs is copied at once, and
+  // drivers in software clear a larger array at some GB a second. A program that the former snapshot did not need is
+  // compiled at once, too. Returns whether nothing is left: the next
+  // snapshot is drawn from now on, or there is none. Throws GlError as load() does, and what prepare() has thrown. The
+  // former snapshot is drawn on then, and load() may be called. Throws std::invalid_argument unless 0 <= milliseconds.
+  bool upload(double milliseconds);
 
   [[nodiscard]] RendererWork work() const;
 

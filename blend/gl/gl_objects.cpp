@@ -58,21 +58,34 @@ GlTexture make_texture_2d(GLenum format, GLsizei width, GLsizei height) {
   return texture;
 }
 
-GlTexture make_table(const GlTableFormat& format, std::span<const std::byte> entries, const char* what) {
-  const std::size_t rows = table_rows((entries.size() + format.entry_bytes - 1) / format.entry_bytes);
+GlTexture make_empty_table(const GlTableFormat& format, std::size_t entries, const char* what) {
+  const std::size_t rows = table_rows(entries);
   const auto most = static_cast<std::size_t>(gl_limit(GL_MAX_TEXTURE_SIZE));
   if (rows > most) {
-    throw GlError("the model needs " + std::to_string(entries.size() / format.entry_bytes) + " " + what +
-                  ", this driver takes " + std::to_string(most * kTableWidth) +
-                  ": decimate the mesh or lower coverage.references");
+    throw GlError("the model needs " + std::to_string(entries) + " " + what + ", this driver takes " +
+                  std::to_string(most * kTableWidth) + ": decimate the mesh or lower coverage.references");
   }
-  GlTexture table = make_texture_2d(format.internal, static_cast<GLsizei>(kTableWidth), static_cast<GLsizei>(rows));
-  std::vector<std::byte> padded(entries.begin(), entries.end());
-  padded.resize(table_bytes(format, rows * kTableWidth));
+  return make_texture_2d(format.internal, static_cast<GLsizei>(kTableWidth), static_cast<GLsizei>(rows));
+}
+
+void copy_table_rows(const GlTexture& table, const GlTableFormat& format, std::span<const std::byte> entries,
+                     std::size_t first_row, std::size_t rows) {
+  const std::size_t row_bytes = kTableWidth * format.entry_bytes;
+  const std::size_t first = std::min(first_row * row_bytes, entries.size());
+  const std::span<const std::byte> present = entries.subspan(first, std::min(rows * row_bytes, entries.size() - first));
+  std::vector<std::byte> padded(present.begin(), present.end());
+  padded.resize(rows * row_bytes);
+  glBindTexture(GL_TEXTURE_2D, table.get());
   glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
-  glTexSubImage2D(GL_TEXTURE_2D, 0, 0, 0, static_cast<GLsizei>(kTableWidth), static_cast<GLsizei>(rows), format.format,
-                  format.type, padded.data());
+  glTexSubImage2D(GL_TEXTURE_2D, 0, 0, static_cast<GLint>(first_row), static_cast<GLsizei>(kTableWidth),
+                  static_cast<GLsizei>(rows), format.format, format.type, padded.data());
   check_gl("storing a table");
+}
+
+GlTexture make_table(const GlTableFormat& format, std::span<const std::byte> entries, const char* what) {
+  const std::size_t count = (entries.size() + format.entry_bytes - 1) / format.entry_bytes;
+  GlTexture table = make_empty_table(format, count, what);
+  copy_table_rows(table, format, entries, 0, table_rows(count));
   return table;
 }
 

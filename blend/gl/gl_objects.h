@@ -115,11 +115,19 @@ inline constexpr GlTableFormat kVectors{GL_RGBA32F, GL_RGBA, GL_FLOAT, 4 * sizeo
 // are too small.
 [[nodiscard]] GlTexture make_table(const GlTableFormat& format, std::span<const std::byte> entries, const char* what);
 
+// The two steps of make_table(): the texture, and its rows with zeros after the last entry.
+[[nodiscard]] GlTexture make_empty_table(const GlTableFormat& format, std::size_t entries, const char* what);
+void copy_table_rows(const GlTexture& table, const GlTableFormat& format, std::span<const std::byte> entries,
+                     std::size_t first_row, std::size_t rows);
+
 // A table that changes: what stays is not copied again.
 class GlTable {
  public:
   // `what` names the table in messages, as for make_table(), and outlives it.
   GlTable(const GlTableFormat& format, const char* what) : format_(format), what_(what) {}
+  // The texture holds these entries already.
+  GlTable(const GlTableFormat& format, const char* what, GlTexture texture, std::span<const std::byte> entries)
+      : format_(format), what_(what), entries_(entries.begin(), entries.end()), texture_(std::move(texture)) {}
 
   // Copies the entries from the first to the last that has changed since the call before, or all if there is another
   // number of them. Throws as make_table().

@@ -65,6 +65,7 @@ class ShaderPrograms {
  public:
   // Throws GlError with the compiler's log.
   [[nodiscard]] GLuint get(const ProgramKey& key);
+  [[nodiscard]] bool has(const ProgramKey& key) const { return programs_.contains(key); }
   // Makes all that are not there yet, at the same time where the driver compiles on several threads. Throws as get().
   void make(std::span<const ProgramKey> keys);
   // Returns how many there are.

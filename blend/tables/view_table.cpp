@@ -16,12 +16,12 @@ glm::dvec3 row_of(const glm::dmat3& matrix, int row) {
 
 }  // namespace
 
-std::vector<glm::vec4> view_table(const Snapshot& snapshot, const PhotographArray& photographs) {
+std::vector<glm::vec4> view_table(const Snapshot& snapshot, const ArrayContents& photographs) {
   std::vector<glm::vec4> table(kViewTexels * snapshot.views.size(), glm::vec4(0));
   for (ViewSlot slot{0}; slot < snapshot.views.size(); ++slot) {
     if (!snapshot.views[slot]) continue;
     const Camera& camera = snapshot.views[slot]->camera;
-    if (photographs.first_tile(slot) > kMostTiles) {
+    if (photographs.first_tile[slot] > kMostTiles) {
       throw GlError("the model's views have more than " + std::to_string(kMostTiles) +
                     " tiles: build it with fewer (--max-views) or with larger tiles");
     }
@@ -30,8 +30,8 @@ std::vector<glm::vec4> view_table(const Snapshot& snapshot, const PhotographArra
     texel[0] = glm::dvec4(camera.fx * row_of(rotation, 0), camera.cx);
     texel[1] = glm::dvec4(camera.fy * row_of(rotation, 1), camera.cy);
     texel[2] = glm::dvec4(row_of(rotation, 2), camera.fx);
-    texel[3] = glm::dvec4(camera.center(), photographs.depth_scale(slot));
-    texel[4] = glm::vec4(camera.width, camera.height, photographs.first_tile(slot),
+    texel[3] = glm::dvec4(camera.center(), photographs.scaled[slot].scale);
+    texel[4] = glm::vec4(camera.width, camera.height, photographs.first_tile[slot],
                          photographs.columns_of(*snapshot.views[slot]));
     texel[5] = glm::dvec4(snapshot.gains[slot], 0);
   }

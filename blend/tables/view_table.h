@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "atlas/snapshot.h"
-#include "blend/gl/photograph_array.h"
+#include "blend/tables/array_contents.h"
 
 namespace lumatlas {
 
@@ -20,6 +20,6 @@ inline constexpr std::uint32_t kBlockTexels = 1024;
 
 // Returns the table that shaders/tables.glsl reads, by view slot. Slots without a view have zeros. Throws GlError for
 // more than kMostTiles tiles.
-[[nodiscard]] std::vector<glm::vec4> view_table(const Snapshot& snapshot, const PhotographArray& photographs);
+[[nodiscard]] std::vector<glm::vec4> view_table(const Snapshot& snapshot, const ArrayContents& photographs);
 
 }  // namespace lumatlas

@@ -177,5 +177,33 @@ TEST_CASE("the GPU draws what the reference draws of snapshots taken while the p
         0.001 * static_cast<double>(pixels));  // silhouettes, as in random_scenes_test
 }
 
+TEST_CASE("another thread prepares the snapshots that the GPU draws, and the former one is drawn meanwhile") {
+  const std::optional<EglContext> context = context_or_skip();
+  if (!context) return;
+  PlannerThread planner(kTiles);
+  Renderer renderer({.join_cells = false, .waiting_bytes = 1});
+  const Camera camera = room_camera(kOffered + 5);
+  std::optional<Rendering> former;
+  std::size_t different = 0;
+  bool last = false;
+  while (!last) {
+    last = planner.done();
+    const Snapshot snapshot = planner.atlas().snapshot();
+    NextSnapshot next = renderer.begin(snapshot, {});
+    std::thread worker([&next] { next.prepare(); });
+    int pieces = 0;
+    while (!renderer.upload(0)) {
+      if (!former || ++pieces % 50 > 0) continue;
+      different += renderer.render(camera, {}).picture.rgb != former->picture.rgb;
+    }
+    worker.join();
+    Renderer fresh({.join_cells = false});
+    fresh.load(snapshot);
+    former = renderer.render(camera, {});
+    different += fresh.render(camera, {}).picture.rgb != former->picture.rgb;
+  }
+  CHECK(different == 0);
+}
+
 }  // namespace
 }  // namespace lumatlas

@@ -2,7 +2,8 @@
 // Benchmark of rendering: milliseconds a picture for several numbers of references per cell. It also measures each step
 // that is there for speed, and each that costs some, beside the straightforward loops over a cell's references and over
 // every stored view. With --load, it measures milliseconds to load the next snapshot of a store in which one view has
-// taken another's place. With --passes, it measures milliseconds of each pass, of the model with as many references as
+// taken another's place. With --changes, it measures how long the next snapshot keeps the thread that draws, loaded at
+// once and in pieces. With --passes, it measures milliseconds of each pass, of the model with as many references as
 // --references says. With --fetches, it counts the texels that the shader fetches at each pixel, which is the same
 // on every driver, and times the pictures, of the model as it is. Needs saved models only, no photographs. A table in
 // Markdown goes to stdout; exit status as of lumatlas itself.
@@ -37,6 +38,7 @@
 #include "tools/lab/bench/program.h"
 #include "tools/lab/timing/frame_time.h"
 #include "tools/lab/timing/pass_time.h"
+#include "tools/lab/timing/snapshot_time.h"
 
 namespace lumatlas {
 
@@ -52,6 +54,8 @@ struct Flags {
   double border_width = BlendOptions{}.border_width;
   std::string compare = "processor";
   bool load = false;
+  bool changes = false;
+  double upload_ms = 4;
   bool fetches = false;
   bool passes = false;
   std::uint32_t part_px = RendererOptions{}.part_px;
@@ -308,6 +312,67 @@ void run_loads(const Flags& flags, const std::string& context) {
   for (const std::filesystem::path& model : flags.models) measure_loads(model, flags);
 }
 
+// The model with one view in place of another, and with the other half of its views on another surface.
+struct Changes {
+  Snapshot before, after;
+};
+
+Changes one_view(const Snapshot& model, const std::vector<ViewSlot>& slots) {
+  std::vector<bool> first(model.views.size(), true), second = first;
+  first[slots[0]] = second[slots[1]] = false;
+  return {keeping(model, first), keeping(model, second)};
+}
+
+Changes everything(const Snapshot& model, const std::vector<ViewSlot>& slots) {
+  std::vector<bool> first(model.views.size(), false), second = first;
+  for (std::size_t i = 0; i < slots.size(); ++i) (i < slots.size() / 2 ? first : second)[slots[i]] = true;
+  Changes changes{keeping(model, first), keeping(model, second)};
+  changes.after.surface = std::make_shared<const Surface>(*model.surface);
+  return changes;
+}
+
+void measure_changes(const std::filesystem::path& path, const Flags& flags) {
+  const Snapshot model = read_model(path).snapshot;
+  const std::vector<ViewSlot> slots = slots_with_views(model);
+  if (slots.size() < 2) throw std::invalid_argument(path.string() + ": stores fewer than 2 views");
+  const Camera camera = cameras_between_views(model, 1, {flags.width, flags.height}).front();
+  const std::string name = std::filesystem::weakly_canonical(path).filename().string();
+  const auto measure_one = [&](const char* what, const Changes& changes) {
+    std::vector<double> once_wall, once_processor, pieces_wall, pieces_processor, frames;
+    for (std::uint32_t repeat = 0; repeat < flags.repeats; ++repeat) {
+      Renderer at_once, in_pieces;
+      for (Renderer* renderer : {&at_once, &in_pieces}) {
+        renderer->load(changes.before);
+        renderer->make_ready({});
+        (void)time_picture(*renderer, camera, {});
+      }
+      const SnapshotTime once = time_at_once(at_once, changes.after, {});
+      const SnapshotTime pieces = time_in_pieces(in_pieces, changes.after, camera, {}, flags.upload_ms);
+      once_wall.push_back(once.wall);
+      once_processor.push_back(once.processor);
+      pieces_wall.push_back(pieces.wall);
+      pieces_processor.push_back(pieces.processor);
+      frames.push_back(pieces.frames);
+    }
+    std::cout << "| " << name << " | " << what << " | " << std::fixed << std::setprecision(1)
+              << percentile(once_wall, 0.5) << " / " << percentile(once_processor, 0.5) << " | "
+              << percentile(pieces_wall, 0.5) << " / " << percentile(pieces_processor, 0.5) << " | "
+              << std::setprecision(0) << percentile(frames, 0.5) << " |" << std::endl;
+  };
+  measure_one("one view in place of another", one_view(model, slots));
+  measure_one("other views on another surface", everything(model, slots));
+}
+
+void run_changes(const Flags& flags, const std::string& context) {
+  std::cout
+      << "The longest time in one frame, beside its picture of " << flags.width << "x" << flags.height
+      << ", that the next snapshot takes on the thread that draws, loaded at once and in pieces of "
+      << number_text(flags.upload_ms) << " ms; medians over " << flags.repeats << " on " << context
+      << ". Milliseconds: wall / this thread's processor time.\n\n| model | change | at once | in pieces | frames "
+         "|\n|---|---|---|---|---|\n";
+  for (const std::filesystem::path& model : flags.models) measure_changes(model, flags);
+}
+
 // Returns the counts of the pixels that see a surface, in pairs of texels as on a GPU or texel by texel.
 std::vector<double> fetches_of(Renderer& renderer, const Camera& camera, bool in_pairs) {
   std::vector<double> counts;
@@ -407,6 +472,7 @@ void run(const Flags& flags) {
   const EglContext context;
   std::cerr << context.description() << '\n';
   if (flags.load) return run_loads(flags, context.description());
+  if (flags.changes) return run_changes(flags, context.description());
   if (flags.fetches) return run_fetches(flags, context.description());
   if (flags.passes) return run_passes(flags, context.description());
   std::cout << "Pictures of " << flags.width << "x" << flags.height << ", medians over " << flags.pictures
@@ -443,6 +509,10 @@ int main(int argc, char** argv) {
       ->check(CLI::IsMember({"processor", "wall"}));
   program.add_flag("--load", flags.load,
                    "Time no pictures but --pictures times --repeats snapshots, each with another view");
+  program.add_flag("--changes", flags.changes,
+                   "Time --repeats times what the next snapshot takes of a frame, at once and in pieces");
+  program.add_option("--upload-ms", flags.upload_ms, "Milliseconds a frame that may be uploaded, with --changes")
+      ->check(lumatlas::number_between(0, 1e6));
   program.add_flag("--fetches", flags.fetches,
                    "Count the texels that the shader fetches at each pixel, and time pictures, of the model as it is");
   program.add_flag("--passes", flags.passes, "Time each pass of a picture, with as many --references");

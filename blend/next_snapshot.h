@@ -1,0 +1,42 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// A snapshot on its way to a renderer that draws the former one meanwhile:
+//
+//   NextSnapshot next = renderer.begin(snapshot, options);         // at once, on the thread that draws
+//   std::thread worker([next]() mutable { next.prepare(); });
+//   while (running) {
+//     if (renderer.upload(4) && worker.joinable()) worker.join();  // at most about 4 ms of each frame
+//     renderer.draw(camera, options);                              // the former, until the next one is whole
+//   }
+#pragma once
+
+#include <cstdint>
+#include <memory>
+
+namespace lumatlas {
+
+class SnapshotPreparation;
+
+// Copies stand for the same snapshot.
+class NextSnapshot {
+ public:
+  // Makes all that needs no OpenGL: tables, the mesh of a new surface, and the texels of each tile that is not on the
+  // GPU yet. May be called once, on any thread, while the renderer draws and uploads. Returns when all is made. While
+  // RendererOptions::waiting_bytes of texels wait, it waits for upload(), which another thread must call; cancel(), the
+  // renderer's load() and begin(), and its end make it return early. Throws std::invalid_argument unless the snapshot
+  // passes check(), and what Renderer::load() throws for limits of the driver; upload() throws the same then.
+  void prepare();
+
+  // Gives the snapshot up. The renderer goes on with the former one. Any thread may call it.
+  void cancel();
+
+  // Returns the bytes of texels that are prepared and not on the GPU yet. Any thread may call it.
+  [[nodiscard]] std::uint64_t waiting_bytes() const;
+
+ private:
+  friend class Renderer;
+  explicit NextSnapshot(std::shared_ptr<SnapshotPreparation> preparation);
+
+  std::shared_ptr<SnapshotPreparation> preparation_;  // never null
+};
+
+}  // namespace lumatlas

@@ -1,0 +1,146 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "blend/tables/snapshot_preparation.h"
+
+#include <tbb/parallel_for.h>
+
+#include <algorithm>
+#include <cstddef>
+#include <span>
+#include <stdexcept>
+#include <utility>
+
+#include "blend/tables/view_table.h"
+
+namespace lumatlas {
+
+namespace {
+
+constexpr std::uint64_t kBytesAtOnce = 16 << 20;  // tiles that are prepared at once
+
+}  // namespace
+
+SnapshotPreparation::SnapshotPreparation(Snapshot snapshot, FormerSnapshot former, const PreparationOptions& options)
+    : snapshot_(std::move(snapshot)), former_(std::move(former)), options_(options) {}
+
+void SnapshotPreparation::run() {
+  {
+    const std::lock_guard lock(mutex_);
+    if (std::exchange(begun_, true)) throw std::invalid_argument("next snapshot: it was prepared before");
+    if (cancelled_) return;
+  }
+  try {
+    check_after(former_.tables.get(), snapshot_);
+    array_ = next_array(former_.array, snapshot_, options_.limits, options_.blocks);
+    make_tables();
+    {
+      const std::lock_guard lock(mutex_);
+      planned_ = true;
+    }
+    prepare_tiles();
+    snapshot_ = {};
+  } catch (...) {
+    const std::lock_guard lock(mutex_);
+    error_ = std::current_exception();
+    throw;
+  }
+}
+
+void SnapshotPreparation::make_tables() {
+  const SameTables same = same_tables(former_.tables.get(), snapshot_);
+  tables_.tables = tables_after(former_.tables.get(), snapshot_);
+  const SnapshotTables& tables = *tables_.tables;
+  if (stays(former_.zones.get(), same) && former_.zones->border_width == options_.border_width) {
+    tables_.zones = former_.zones;
+    if (!(former_.colors == tables.vertex_colors)) {
+      tables_.colors = copied_colors(tables.vertex_colors, *tables_.zones);
+    }
+    const bool same_lists = former_.lists && same.references && same.deviation;
+    tables_.lists = same_lists ? former_.lists : lists_of(tables, *tables_.zones);
+  } else {
+    MadeZones made = make_zones(tables, options_.border_width, options_.join_cells);
+    tables_.mesh = std::move(made.mesh);
+    tables_.zones = std::move(made.zones);
+    tables_.lists = lists_of(tables, *tables_.zones);
+  }
+  tables_.references = unranked(*tables_.lists);
+  tables_.views = view_table(snapshot_, array_.contents);
+}
+
+// Makes tiles on all processors, kBytesAtOnce of them at a time.
+void SnapshotPreparation::prepare_tiles() {
+  const ArrayShape& shape = array_.contents.shape;
+  const std::size_t at_once = std::max<std::size_t>(
+      std::min(kBytesAtOnce, options_.waiting_bytes) / (4 * std::size_t{shape.place_width} * shape.place_height), 1);
+  std::vector<char> is_copied(array_.missing.size());
+  for (std::size_t first = 0; first < array_.missing.size(); first += at_once) {
+    if (!wait_for_room()) return;
+    const std::size_t end = std::min(first + at_once, array_.missing.size());
+    tbb::parallel_for(first, end, [&](std::size_t i) {
+      const StoredView& view = *snapshot_.views[array_.missing[i].upload.view];
+      is_copied[i] = prepare_missing(array_, i, former_.array, view) ? 1 : 0;
+    });
+    const std::lock_guard lock(mutex_);
+    for (std::size_t i = first; i < end; ++i) {
+      if (is_copied[i] == 0) continue;
+      waiting_ += array_.missing[i].upload.bytes();
+      ready_.push_back(std::move(array_.missing[i].upload));
+    }
+  }
+  const std::lock_guard lock(mutex_);
+  finished_ = true;
+}
+
+bool SnapshotPreparation::wait_for_room() {
+  std::unique_lock lock(mutex_);
+  changed_.wait(lock, [&] { return cancelled_ || waiting_ < options_.waiting_bytes; });
+  return !cancelled_;
+}
+
+void SnapshotPreparation::cancel() {
+  const std::lock_guard lock(mutex_);
+  cancelled_ = true;
+  changed_.notify_all();
+}
+
+bool SnapshotPreparation::is_cancelled() const {
+  const std::lock_guard lock(mutex_);
+  return cancelled_;
+}
+
+std::uint64_t SnapshotPreparation::waiting_bytes() const {
+  const std::lock_guard lock(mutex_);
+  return waiting_;
+}
+
+void SnapshotPreparation::throw_error() const {
+  if (error_) std::rethrow_exception(error_);
+}
+
+bool SnapshotPreparation::is_planned() {
+  const std::lock_guard lock(mutex_);
+  throw_error();
+  return planned_;
+}
+
+std::optional<TileUpload> SnapshotPreparation::next_tile() {
+  const std::lock_guard lock(mutex_);
+  throw_error();
+  if (ready_.empty()) return std::nullopt;
+  TileUpload tile = std::move(ready_.front());
+  ready_.pop_front();
+  return tile;
+}
+
+void SnapshotPreparation::give_back(std::uint64_t bytes) {
+  const std::lock_guard lock(mutex_);
+  waiting_ -= bytes;
+  changed_.notify_all();
+}
+
+bool SnapshotPreparation::is_whole() {
+  const std::lock_guard lock(mutex_);
+  throw_error();
+  return finished_ && ready_.empty() && waiting_ == 0;
+}
+
+}  // namespace lumatlas

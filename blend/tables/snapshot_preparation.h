@@ -1,0 +1,96 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Internal to blend/: the half of a snapshot's way to the GPU that needs no OpenGL, on a thread of its own. The other
+// half is gl/snapshot_upload.h.
+#pragma once
+
+#include <condition_variable>
+#include <cstdint>
+#include <deque>
+#include <exception>
+#include <glm/gtc/type_precision.hpp>
+#include <glm/vec4.hpp>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <vector>
+
+#include "atlas/snapshot.h"
+#include "blend/tables/array_contents.h"
+#include "blend/tables/snapshot_tables.h"
+
+namespace lumatlas {
+
+// What a renderer draws when the next snapshot is begun. Pointers are null before its first snapshot or picture.
+struct FormerSnapshot {
+  std::shared_ptr<const SnapshotTables> tables;
+  std::shared_ptr<const DrawnZones> zones;
+  std::shared_ptr<const ZoneReferences> lists;
+  FallbackColors colors;  // of the mesh
+  ArrayContents array;
+};
+
+struct PreparationOptions {
+  double border_width = 0;  // of BlendOptions
+  bool join_cells = true;
+  bool blocks = true;
+  ArrayLimits limits;
+  std::uint64_t waiting_bytes = 0;  // texels that may wait
+};
+
+// All but the photographs.
+struct PreparedTables {
+  std::shared_ptr<const SnapshotTables> tables;
+  std::shared_ptr<const DrawnZones> zones;
+  std::optional<ZoneMesh> mesh;                    // none: the former one stays
+  std::optional<std::vector<glm::u8vec3>> colors;  // of a mesh that stays; none: they stay too
+  std::shared_ptr<const ZoneReferences> lists;
+  std::vector<RankedReference> references;  // not ranked yet
+  std::vector<glm::vec4> views;
+};
+
+class SnapshotPreparation {
+ public:
+  SnapshotPreparation(Snapshot snapshot, FormerSnapshot former, const PreparationOptions& options);
+
+  // As NextSnapshot has it.
+  void run();
+  void cancel();
+  [[nodiscard]] bool is_cancelled() const;
+  [[nodiscard]] std::uint64_t waiting_bytes() const;
+
+  // For the thread that uploads. All but give_back() throw what run() has thrown.
+  // Returns whether tables() and array() may be read: all of them but the contents' held tiles and entries.
+  [[nodiscard]] bool is_planned();
+  // Returns the next tile that is prepared, or none if none waits now. Its bytes wait until they are given back.
+  [[nodiscard]] std::optional<TileUpload> next_tile();
+  void give_back(std::uint64_t bytes);
+  // Returns whether all tiles were prepared and taken: array() may be read as a whole.
+  [[nodiscard]] bool is_whole();
+
+  [[nodiscard]] const FormerSnapshot& former() const { return former_; }
+  [[nodiscard]] PreparedTables& tables() { return tables_; }
+  [[nodiscard]] NextArray& array() { return array_; }
+
+ private:
+  void make_tables();
+  void prepare_tiles();
+  // Waits until more tiles may wait. Returns false if the snapshot was given up.
+  [[nodiscard]] bool wait_for_room();
+  void throw_error() const;
+
+  Snapshot snapshot_;
+  FormerSnapshot former_;
+  PreparationOptions options_;
+  PreparedTables tables_;
+  NextArray array_;
+
+  mutable std::mutex mutex_;
+  std::condition_variable changed_;
+  // Guarded by the mutex.
+  std::deque<TileUpload> ready_;
+  std::uint64_t waiting_ = 0;
+  bool begun_ = false, planned_ = false, finished_ = false, cancelled_ = false;
+  std::exception_ptr error_;
+};
+
+}  // namespace lumatlas

@@ -1,0 +1,25 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Measures how long the thread that draws is kept by the next snapshot of a model.
+#pragma once
+
+#include "atlas/snapshot.h"
+#include "blend/renderer.h"
+#include "mesh/camera.h"
+
+namespace lumatlas {
+
+// The longest time in one frame, beside its picture, milliseconds.
+struct SnapshotTime {
+  double wall = 0, processor = 0;  // the processor's: of the calling thread alone
+  int frames = 0;                  // from the first call until the snapshot can be drawn
+};
+
+// Loads the snapshot in one call, with the mesh and programs that pictures of it need.
+[[nodiscard]] SnapshotTime time_at_once(Renderer& renderer, const Snapshot& snapshot, const BlendOptions& blend);
+
+// Uploads for at most about so many milliseconds a frame, while another thread prepares the snapshot and each frame
+// draws the former one. The renderer must have one. Throws what Renderer::begin() and upload() throw.
+[[nodiscard]] SnapshotTime time_in_pieces(Renderer& renderer, const Snapshot& snapshot, const Camera& camera,
+                                          const BlendOptions& blend, double milliseconds);
+
+}  // namespace lumatlas
