@@ -10,7 +10,8 @@ namespace lumatlas {
 NextSnapshot::NextSnapshot(std::shared_ptr<SnapshotPreparation> preparation) : preparation_(std::move(preparation)) {}
 
 void NextSnapshot::prepare() {
-  preparation_->run();
+  const std::shared_ptr<SnapshotPreparation> kept = preparation_;  // this object may become another's meanwhile
+  kept->run();
 }
 
 void NextSnapshot::cancel() {

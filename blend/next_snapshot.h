@@ -2,11 +2,18 @@
 // A snapshot on its way to a renderer that draws the former one meanwhile:
 //
 //   NextSnapshot next = renderer.begin(snapshot, options);         // at once, on the thread that draws
-//   std::thread worker([next]() mutable { next.prepare(); });
+//   std::thread worker([next]() mutable {
+//     try {
+//       next.prepare();
+//     } catch (const std::exception&) {  // upload() throws the same
+//     }
+//   });
 //   while (running) {
-//     if (renderer.upload(4) && worker.joinable()) worker.join();  // at most about 4 ms of each frame
-//     renderer.draw(camera, options);                              // the former, until the next one is whole
+//     renderer.upload(4);              // at most about 4 ms of each frame
+//     renderer.draw(camera, options);  // the former, until the next one is whole
 //   }
+//   next.cancel();
+//   worker.join();
 #pragma once
 
 #include <cstdint>
@@ -21,9 +28,10 @@ class NextSnapshot {
  public:
   // Makes all that needs no OpenGL: tables, the mesh of a new surface, and the texels of each tile that is not on the
   // GPU yet. May be called once, on any thread, while the renderer draws and uploads. Returns when all is made. While
-  // RendererOptions::waiting_bytes of texels wait, it waits for upload(), which another thread must call; cancel(), the
-  // renderer's load() and begin(), and its end make it return early. Throws std::invalid_argument unless the snapshot
-  // passes check(), and what Renderer::load() throws for limits of the driver; upload() throws the same then.
+  // RendererOptions::waiting_bytes of texels wait, it waits for upload(); std::logic_error if it would wait on the
+  // thread that called begin(). cancel(), the renderer's load() and begin(), and its end make it return early, after
+  // the step that it is at. Throws std::invalid_argument unless the snapshot passes check(), and what Renderer::load()
+  // throws for limits of the driver; upload() throws the same then.
   void prepare();
 
   // Gives the snapshot up. The renderer goes on with the former one. Any thread may call it.

@@ -16,6 +16,7 @@
 #include <span>
 #include <stdexcept>
 #include <string>
+#include <thread>
 #include <utility>
 #include <vector>
 
@@ -186,6 +187,7 @@ struct Renderer::State {
   std::uint64_t meshes = 0;  // that were loaded
   std::optional<SnapshotUpload> upload;
   BlendOptions upload_options;  // of the pictures that the next snapshot is for
+  bool upload_joins_cells = true;
   PartTargets targets;
   WholeTarget whole;
 
@@ -636,18 +638,19 @@ NextSnapshot Renderer::begin(Snapshot snapshot, const BlendOptions& options) {
       std::move(snapshot),
       FormerSnapshot{state.tables, state.zones, state.lists, state.loaded_colors, state.photographs.contents()},
       PreparationOptions{options.border_width, steps.join_cells, steps.blocks.value_or(!state.in_software),
-                         limits_of_driver(), steps.waiting_bytes});
+                         limits_of_driver(), steps.waiting_bytes, std::this_thread::get_id()});
   state.upload.emplace(preparation);
   state.upload_options = options;
+  state.upload_joins_cells = steps.join_cells;
   return NextSnapshot(preparation);
 }
 
 bool Renderer::upload(double milliseconds) {
   State& state = *state_;
-  if (!state.upload) return true;
   if (!(milliseconds >= 0)) {
     throw std::invalid_argument("renderer: upload() may take " + number_text(milliseconds) + " ms, must be at least 0");
   }
+  if (!state.upload) return true;
   const auto end = std::chrono::steady_clock::now() + std::chrono::duration<double, std::milli>(milliseconds);
   if (state.upload->preparation().is_cancelled()) {
     const GlStateGuard guard;
@@ -665,6 +668,7 @@ bool Renderer::upload(double milliseconds) {
         case SnapshotUpload::Progress::whole:
           if (state.make_next_program()) break;
           state.take_upload();
+          state.upload.reset();
           return true;
       }
     } while (std::chrono::steady_clock::now() < end);
@@ -690,7 +694,7 @@ void Renderer::State::take_upload() {
     mesh.colors = std::move(*objects.colors);
     make_vertices(mesh);
   }
-  zones = objects.mesh || mesh_stays ? prepared.zones : nullptr;
+  zones = (objects.mesh || mesh_stays) && upload_joins_cells == steps.join_cells ? prepared.zones : nullptr;
   if (objects.mesh || objects.colors) loaded_colors = prepared.tables->vertex_colors;
   tables = prepared.tables;
   if (objects.zones.get() != 0) {

@@ -220,7 +220,9 @@ void PhotographArray::copy_page(const ArrayTextures& next, std::uint32_t page) c
 
 std::uint64_t PhotographArray::copy_band(const ArrayTextures& next, const ArrayShape& shape, const TileUpload& upload,
                                          std::uint64_t from) {
-  const ArrayTextures& textures = next.photographs.get() != 0 ? next : textures_;
+  const bool in_place = next.photographs.get() == 0;
+  const ArrayTextures& textures = in_place ? textures_ : next;
+  if (in_place) contents_.held[upload.array_place] = {};  // until take(): the next snapshot may be given up
   const std::uint32_t texel_rows = shape.format == TexelFormat::bc7 ? 4 : 1;  // that are copied together
   glPixelStorei(GL_UNPACK_ALIGNMENT, 1);
   std::uint64_t before = 0;
@@ -235,6 +237,7 @@ std::uint64_t PhotographArray::copy_band(const ArrayTextures& next, const ArrayS
     copy_rows(textures.photographs, shape, upload.array_place, static_cast<GLint>(level), first * texel_rows,
               count * texel_rows, texels.subspan(first * group_bytes, count * group_bytes));
     color_bytes_ += count * group_bytes;
+    check_gl("uploading photographs");
     return from + count * group_bytes;
   }
   const std::uint64_t row_bytes = kDepthBlockBytes * shape.depth_columns;
@@ -244,6 +247,7 @@ std::uint64_t PhotographArray::copy_band(const ArrayTextures& next, const ArrayS
   copy_block_rows(textures.depths, shape, upload.array_place, first, count,
                   &upload.depth[std::size_t{first} * shape.depth_columns]);
   depth_bytes_ += count * row_bytes;
+  check_gl("uploading depths");
   return from + count * row_bytes;
 }
 

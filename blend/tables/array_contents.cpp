@@ -261,12 +261,14 @@ NextArray next_array(const ArrayContents& former, const Snapshot& snapshot, cons
     if (place != kNoArrayPlace) drawn[place] = true;
   }
   std::vector<bool> used = drawn;
+  std::size_t kept = 0;
   std::vector<std::uint32_t> elsewhere;  // of `missing`, those that need another place than theirs
   for_each_resident(contents, snapshot, places, [&](ViewSlot view, std::uint32_t number, std::uint32_t tile) {
     const std::uint32_t own = contents.place_of[places[number]];
     if (own != kNoArrayPlace && contents.held[own].is(*snapshot.views[view], tile)) {
       contents.tile_entries[number] = own;
       used[own] = true;
+      ++kept;
       return;
     }
     next.missing.push_back({upload_for(view, number, tile, own), places[number], own});
@@ -278,6 +280,8 @@ NextArray next_array(const ArrayContents& former, const Snapshot& snapshot, cons
     }
   });
 
+  // Where no tile stays, the array would be larger by all that is drawn now, and hold nothing of it.
+  if (kept == 0 && !elsewhere.empty()) return empty_array(former, needed, snapshot, places);
   const std::size_t places_needed =
       static_cast<std::size_t>(std::count(used.begin(), used.end(), true)) + elsewhere.size();
   const std::size_t in_page = std::size_t{needed.columns} * needed.rows;

@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <span>
 #include <stdexcept>
+#include <thread>
 #include <utility>
 
 #include "blend/tables/view_table.h"
@@ -39,6 +40,7 @@ void SnapshotPreparation::run() {
     prepare_tiles();
     snapshot_ = {};
   } catch (...) {
+    snapshot_ = {};
     const std::lock_guard lock(mutex_);
     error_ = std::current_exception();
     throw;
@@ -82,6 +84,7 @@ void SnapshotPreparation::prepare_tiles() {
     const std::lock_guard lock(mutex_);
     for (std::size_t i = first; i < end; ++i) {
       if (is_copied[i] == 0) continue;
+      if (cancelled_) return;
       waiting_ += array_.missing[i].upload.bytes();
       ready_.push_back(std::move(array_.missing[i].upload));
     }
@@ -92,13 +95,21 @@ void SnapshotPreparation::prepare_tiles() {
 
 bool SnapshotPreparation::wait_for_room() {
   std::unique_lock lock(mutex_);
-  changed_.wait(lock, [&] { return cancelled_ || waiting_ < options_.waiting_bytes; });
+  const auto has_room = [&] { return cancelled_ || waiting_ == 0 || waiting_ < options_.waiting_bytes; };
+  if (!has_room() && std::this_thread::get_id() == options_.uploading_thread) {
+    throw std::logic_error(
+        "next snapshot: prepare() waits for upload() of its own thread: prepare it on another, or allow more "
+        "waiting_bytes");
+  }
+  changed_.wait(lock, has_room);
   return !cancelled_;
 }
 
 void SnapshotPreparation::cancel() {
   const std::lock_guard lock(mutex_);
   cancelled_ = true;
+  for (const TileUpload& tile : ready_) waiting_ -= tile.bytes();
+  ready_.clear();
   changed_.notify_all();
 }
 

@@ -12,6 +12,7 @@
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <thread>
 #include <vector>
 
 #include "atlas/snapshot.h"
@@ -34,7 +35,8 @@ struct PreparationOptions {
   bool join_cells = true;
   bool blocks = true;
   ArrayLimits limits;
-  std::uint64_t waiting_bytes = 0;  // texels that may wait
+  std::uint64_t waiting_bytes = 0;  // texels that may wait; one piece may in any case
+  std::thread::id uploading_thread;
 };
 
 // All but the photographs.

@@ -35,6 +35,7 @@ int take_in_pieces(Renderer& renderer, const Snapshot& snapshot, const std::opti
     ++pictures;
   }
   worker.join();
+  CHECK(renderer.upload(0));  // each frame calls it, also when all is there
   CHECK(different == 0);
   CHECK(next.waiting_bytes() == 0);
   return pictures;
@@ -235,6 +236,62 @@ TEST_CASE("no more texels wait than the option allows, and the one who waits is 
   Renderer fresh;
   fresh.load(snapshot);
   CHECK(renderer->render(kCamera, {}).picture.rgb == fresh.render(kCamera, {}).picture.rgb);
+}
+
+TEST_CASE("a next snapshot that is given up halfway leaves nothing of it in what is loaded afterwards") {
+  const std::optional<EglContext> context = context_or_skip();
+  if (!context) return;
+  const auto atlas = room_atlas(6, {}, kTiles);
+  const Snapshot whole = atlas->snapshot();
+  StoredView changed = *atlas->view(ViewSlot{5});
+  const std::vector<ShownCell> shown = *atlas->shown(ViewSlot{5});
+  change_colors(changed, [](std::uint8_t value) { return 255 - value; });
+  Renderer renderer({.join_cells = false}), fresh({.join_cells = false});
+  renderer.load(whole);
+  const std::size_t cells = atlas->surface()->cells.cells.size();
+  std::vector<std::vector<ViewSlot>> references;
+  for (CellId cell{0}; cell < cells; ++cell) {
+    references.push_back(atlas->references(cell));
+    std::vector<ViewSlot> others = references.back();
+    std::erase(others, ViewSlot{5});
+    atlas->set_references(cell, others);
+  }
+  atlas->erase(ViewSlot{5});
+  renderer.load(atlas->snapshot());
+  // The places of the view that left are free, and what comes next is written there.
+  atlas->insert_at(ViewSlot{5}, changed, shown);
+  for (CellId cell{0}; cell < cells; ++cell) atlas->set_references(cell, references[cell]);
+  NextSnapshot next = renderer.begin(atlas->snapshot(), {});
+  next.prepare();
+  bool is_whole = false;
+  while (!is_whole && next.waiting_bytes() > 1000) is_whole = renderer.upload(0);
+  REQUIRE_FALSE(is_whole);
+  next.cancel();
+  REQUIRE(renderer.upload(0));
+  renderer.load(whole);
+  fresh.load(whole);
+  for (const std::size_t place : {0, 2, 5}) {
+    CHECK(renderer.render(room_camera(place), {}).picture.rgb == fresh.render(room_camera(place), {}).picture.rgb);
+  }
+}
+
+TEST_CASE("a next snapshot whose texels may not wait is refused on the thread that uploads") {
+  const std::optional<EglContext> context = context_or_skip();
+  if (!context) return;
+  Renderer renderer({.waiting_bytes = 1});
+  NextSnapshot next = renderer.begin(room_snapshot(6, {}, kTiles), {});
+  CHECK_THROWS_AS(next.prepare(), std::logic_error);
+  CHECK_THROWS_AS(renderer.upload(0), std::logic_error);
+}
+
+TEST_CASE("texels wait one piece at a time where the option allows none") {
+  const std::optional<EglContext> context = context_or_skip();
+  if (!context) return;
+  Renderer renderer({.waiting_bytes = 0}), fresh;
+  const Snapshot snapshot = room_snapshot(6, {}, kTiles);
+  take_in_pieces(renderer, snapshot, std::nullopt);
+  fresh.load(snapshot);
+  CHECK(renderer.render(kCamera, {}).picture.rgb == fresh.render(kCamera, {}).picture.rgb);
 }
 
 TEST_CASE("a bad next snapshot is refused where it is prepared and where it is uploaded, and the former one stays") {
