@@ -51,6 +51,7 @@ double squared_longest_edge(const Mesh& mesh, const glm::uvec3& face) {
 struct Forecast {
   bool any_long = false;         // faces to be split
   double fewest_faces = 0;       // that their area becomes: none with edges up to m has more than the equilateral one
+  double other_faces = 0;        // that stay whole
   float largest_coordinate = 0;  // the largest of their corners
 };
 
@@ -60,9 +61,11 @@ Forecast forecast(const Mesh& mesh, std::span<const FaceGeometry> geometry, doub
   for (std::size_t i = 0; i < mesh.faces.size(); ++i) {
     const glm::uvec3& face = mesh.faces[i];
     const double squared = squared_longest_edge(mesh, face);
-    if (!(squared > max_edge * max_edge)) continue;
     const double longest = kLongestNeedle * max_edge;
-    if (squared > longest * longest && is_needle(squared, geometry[i].area)) continue;
+    if (!(squared > max_edge * max_edge) || (squared > longest * longest && is_needle(squared, geometry[i].area))) {
+      ++result.other_faces;
+      continue;
+    }
     result.any_long = true;
     result.fewest_faces += std::max(1.0, geometry[i].area / largest_area);
     for (int corner = 0; corner < 3; ++corner) {
@@ -90,6 +93,10 @@ double most_faces() {
   rule << "larger: it would split the mesh into at least " << faces << " faces, and this machine has memory for "
        << limit;
   refuse(max_edge, rule.str());
+}
+
+void check_edge(double max_edge) {
+  if (!(max_edge > 0) || std::isinf(max_edge)) refuse(max_edge, "finite and above 0");
 }
 
 void check_feasible(const Forecast& forecast, double max_edge) {
@@ -179,7 +186,7 @@ class EdgeHalving {
 }  // namespace
 
 Mesh split_large_faces(const Mesh& mesh, double max_edge, const CancelCheck& cancel_check) {
-  if (!(max_edge > 0) || std::isinf(max_edge)) refuse(max_edge, "finite and above 0");
+  check_edge(max_edge);
   check(mesh);
   const Forecast expected = forecast(mesh, face_geometry(mesh), max_edge);
   if (!expected.any_long) return mesh;
@@ -187,6 +194,13 @@ Mesh split_large_faces(const Mesh& mesh, double max_edge, const CancelCheck& can
   HalfedgeMesh halfedge_mesh = to_halfedge_mesh(mesh);
   EdgeHalving(halfedge_mesh, max_edge).run(cancel_check);
   return from_halfedge_mesh(halfedge_mesh, !mesh.colors.empty());
+}
+
+double fewest_split_faces(const Mesh& mesh, double max_edge) {
+  check_edge(max_edge);
+  check(mesh);
+  const Forecast expected = forecast(mesh, face_geometry(mesh), max_edge);
+  return expected.fewest_faces + expected.other_faces;
 }
 
 }  // namespace lumatlas

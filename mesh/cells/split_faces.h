@@ -20,4 +20,9 @@ namespace lumatlas {
 // the machine's memory holds, at 400 bytes a face.
 [[nodiscard]] Mesh split_large_faces(const Mesh& mesh, double max_edge, const CancelCheck& cancel_check = {});
 
+// Returns how many faces split_large_faces() makes of a mesh at least, by the areas of its faces; it may make up to
+// four times as many. Throws std::invalid_argument if the mesh breaks a rule of mesh.h, or if max_edge is not finite or
+// not above 0.
+[[nodiscard]] double fewest_split_faces(const Mesh& mesh, double max_edge);
+
 }  // namespace lumatlas

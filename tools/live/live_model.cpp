@@ -138,6 +138,7 @@ struct LiveModel::State {
   // Sizes of all pieces, by number, and their sums.
   std::map<std::uint32_t, std::pair<std::size_t, std::size_t>> piece_sizes;
   std::size_t piece_vertices = 0, piece_faces = 0;
+  std::uint64_t pieces_taken = 0;   // of those given: the surface has them, or those that replaced them
   bool distance_is_open = false;    // pieces were given, and no view has seen one yet
   std::uint64_t fused_unshown = 0;  // depth frames and pieces that the last surface does not have
   LiveClock::time_point next_surface{};
@@ -208,7 +209,7 @@ struct LiveModel::State {
   void fuse_again(Lock& lock);
   void take_pieces(Lock& lock);
   void make_surface(Lock& lock);
-  bool find_distance(Lock& lock);
+  [[nodiscard]] bool find_distance(const std::vector<Camera>& cameras, bool guesses);
 
   // Called without the lock.
   void recount(const std::vector<Undecided>& views, const LiveSight& next, LiveCoverage& fresh,
@@ -803,6 +804,7 @@ void LiveModel::State::fuse_again(Lock& lock) {
 
 void LiveModel::State::take_pieces(Lock& lock) {
   std::map<std::uint32_t, TriangleSoup> next = std::exchange(pieces, {});
+  pieces_taken = status.pieces_given;
   lock.unlock();
   const std::size_t count = next.size();
   for (auto& [id, piece] : next) surface.replace_piece(id, std::move(piece));
@@ -810,42 +812,39 @@ void LiveModel::State::take_pieces(Lock& lock) {
   fused_unshown += count;
 }
 
-// Returns false if no waiting view sees a piece.
-bool LiveModel::State::find_distance(Lock& lock) {
-  std::vector<Camera> cameras;
-  for (const WaitingView& view : waiting) cameras.push_back(view.camera);
-  const bool guesses = finishing;
-  lock.unlock();
-  bool found = surface.find_distance(cameras);
-  if (!found && guesses) {
-    surface.guess_distance();
-    found = true;
-  }
-  lock.lock();
-  if (found) distance_is_open = false;
-  return found;
+// Returns false if none of the cameras sees a piece, and the distance is not to be guessed.
+bool LiveModel::State::find_distance(const std::vector<Camera>& cameras, bool guesses) {
+  if (surface.find_distance(cameras)) return true;
+  if (guesses) surface.guess_distance();
+  return guesses;
 }
 
 void LiveModel::State::make_surface(Lock& lock) {
-  if (distance_is_open && !find_distance(lock)) {
-    next_surface = LiveClock::now() + options.surface_interval;
-    return;
-  }
-  const std::uint64_t with = status.depths_given - depths.size() + status.pieces_given - pieces.size();
+  const std::uint64_t with = status.depths_given - depths.size() + pieces_taken;
+  const bool finds_distance = distance_is_open, guesses = finishing;
   const auto show = finishing ? GrowingFusion::Show::everything : GrowingFusion::Show::what_changed;
+  std::vector<Camera> cameras;
+  if (finds_distance) {
+    for (const WaitingView& view : waiting) cameras.push_back(view.camera);
+  }
   lock.unlock();
   const LiveStopwatch stopwatch;
+  bool has_distance = !finds_distance;
   std::optional<GrownSurface> made;
   std::string why;
   try {
-    made = surface.grow(show);
+    has_distance = has_distance || find_distance(cameras, guesses);
+    if (has_distance) made = surface.grow(show);
   } catch (const InputError& error) {
     why = error.what();
   }
   lock.lock();
+  if (has_distance) distance_is_open = false;
   if (!why.empty()) status.last_failure = why;
-  const double ms = stopwatch.stop(status.surface_making);
-  fused_unshown = 0;
+  status.surface_failure = why;
+  LiveTimes looking;  // for a piece that a camera sees, in vain
+  const double ms = stopwatch.stop(has_distance ? status.surface_making : looking);
+  if (has_distance || !why.empty()) fused_unshown = 0;  // otherwise the pieces wait for the next cameras
   if (made) grown = Grown{std::move(*made), with};
   const auto rest = std::chrono::milliseconds(static_cast<std::int64_t>(ms + status.surface_taking.last));
   next_surface = LiveClock::now() + std::max<std::chrono::milliseconds>(options.surface_interval, rest);

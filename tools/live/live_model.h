@@ -96,12 +96,13 @@ struct LiveStatus {
   std::uint32_t held = 0, waiting = 0;                                     // views in the store and in the queue
   std::uint64_t depths_given = 0, depths_dropped = 0, depths_refused = 0;  // refused: unreadable, or no room
   std::uint64_t pieces_given = 0, pieces_refused = 0;                      // of surface; refused: no room
+  std::string surface_failure;  // why pieces made no surface, and the one before stays; empty: they did
   LiveTimes fusion, surface_making, surface_taking, depth_renewing, storing;
   LiveTimes moving, fusing_again;      // of stored views, and of depth frames, to their new poses
   std::uint64_t depths_to_move = 0;    // that the surface has at other poses than their last ones
   std::uint64_t faces = 0, cells = 0;  // of the surface
   double summed_coverage = 0;          // of the surface by the stored views, see CoverageLedger
-  std::string last_failure;            // of a depth frame or photograph; empty: none
+  std::string last_failure;            // of a depth frame, photograph or piece; empty: none
 };
 
 struct MovedView {
@@ -141,7 +142,8 @@ class LiveModel {
   // faces. The surface of the model is the join of all pieces: vertices at the same coordinates are one, so that pieces
   // which meet in them have no seam. Faces count from their front, whose corners turn counterclockwise. The first view
   // that sees a piece gives the distance that cells are made by, and no surface is shown before. The last surface stays
-  // while there is no piece. move_views() does not move pieces: the caller replaces those that a loop closure moves.
+  // while there is no piece, or while pieces make none: see LiveSurface::grow(). move_views() does not move pieces: the
+  // caller replaces those that a loop closure moves.
   // Returns false, and keeps the piece before, if all pieces would have more than surface.max_piece_faces faces or
   // vertices. A model has pieces or depth frames: throws std::logic_error if a depth frame was given before, as fuse()
   // does if a piece was; and what check_piece() throws.

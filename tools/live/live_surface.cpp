@@ -5,9 +5,11 @@
 #include <chrono>
 #include <cmath>
 #include <glm/glm.hpp>
+#include <sstream>
 #include <stdexcept>
 #include <utility>
 
+#include "mesh/base/errors.h"
 #include "mesh/base/median.h"
 #include "mesh/base/requirement.h"
 #include "mesh/cells/cell_growth.h"
@@ -49,6 +51,17 @@ std::vector<double> measured_depths(const DepthImage& image) {
 }
 
 constexpr Requirement live_surface_requires{"live surface"};
+
+// Runs a step that makes a surface of pieces. Turns std::invalid_argument into InputError: the pieces are at fault, and
+// not the program.
+template <typename Run>
+auto of_pieces(const Run& run) {
+  try {
+    return run();
+  } catch (const std::invalid_argument& error) {
+    throw InputError(std::string("the pieces of surface cannot be used: ") + error.what());
+  }
+}
 
 // Returns the image that is fused, in the grid of the volume: the same for the same depths and camera, to the bit.
 DepthImage in_grid(const Camera& camera, const RoundedDepth& depth) {
@@ -203,7 +216,7 @@ bool LiveSurface::find_distance(std::span<const Camera> cameras) {
   const TriangleSoup all = joined_pieces();
   mesh.positions.assign(all.positions.begin(), all.positions.end());
   mesh.faces = all.faces;
-  const std::unique_ptr<Visibility> visibility = make_ray_visibility(mesh);
+  const std::unique_ptr<Visibility> visibility = of_pieces([&] { return make_ray_visibility(mesh); });
   std::vector<double> depths;
   for (const Camera& camera : cameras) {
     for (const float depth : visibility->trace(camera.shrunk_to(kLookedAtPixels)).depth) {
@@ -225,9 +238,22 @@ std::optional<Mesh> LiveSurface::joined_mesh(GrowingTimes& times) const {
   auto start = std::chrono::steady_clock::now();
   const TriangleSoup soup = joined_pieces();
   times.cutting = lap_ms(start);
-  Mesh mesh = split_large_faces(repair(soup, glm::dvec3(0)).mesh, options_.cell_size);
+  Mesh mesh = of_pieces([&] {
+    Mesh whole = repair(soup, glm::dvec3(0)).mesh;
+    refuse_too_large(whole);
+    return split_large_faces(whole, options_.cell_size);
+  });
   times.repairing = lap_ms(start);
   return mesh;
+}
+
+void LiveSurface::refuse_too_large(const Mesh& mesh) const {
+  const double faces = fewest_split_faces(mesh, options_.cell_size);
+  if (faces <= static_cast<double>(options_.max_piece_faces)) return;
+  std::ostringstream why;
+  why << "the pieces of surface are too large for cells of " << options_.cell_size << " units: they would become "
+      << faces << " faces or more, and may be " << options_.max_piece_faces;
+  throw InputError(why.str());
 }
 
 std::optional<Mesh> LiveSurface::fused_mesh(GrowingFusion::Show show, GrowingTimes& times) {

@@ -36,7 +36,9 @@ struct LiveSurfaceOptions {
   // Largest number of blocks of the volume, >= 1; a block has 512 voxels and takes 8 KiB. Depth frames that would need
   // more blocks are refused.
   std::size_t max_blocks = std::size_t{1} << 16U;
-  // Largest number of faces, and of vertices, of all pieces together, >= 1. A piece beyond is refused.
+  // Largest number of faces, and of vertices before those at the same coordinates become one, of all pieces together,
+  // >= 1. A piece beyond is refused. Pieces whose faces, split until they are no larger than a cell, would be more than
+  // this by their areas make no surface; splitting may make up to four times as many as these say.
   std::size_t max_piece_faces = 5'000'000;
   glm::dvec3 offset{0};  // that was subtracted from all coordinates, see Surface::offset
   // Depth frames that may be moved are kept, a byte or two for each pixel: in memory up to the first bound, and in a
@@ -103,13 +105,14 @@ class LiveSurface {
   void replace_piece(std::uint32_t id, TriangleSoup piece);
   [[nodiscard]] bool has_pieces() const { return has_pieces_; }
   // Finds the usual distance of a surface of pieces: the median at which the cameras see it. Returns false if none of
-  // them sees a piece. Without it, pieces make no surface.
+  // them sees a piece. Without it, pieces make no surface. Throws InputError if the pieces cannot be looked at.
   bool find_distance(std::span<const Camera> cameras);
   // Takes half the diagonal of the pieces for the usual distance, where no camera ever saw them.
   void guess_distance();
 
   // Returns the next version; none as long as frames or pieces make no surface. Throws InputError if pieces cannot be
-  // made a surface, because they have no area for example.
+  // made a surface: because they have no area, or are so large for the usual distance that they would become too many
+  // cells. The version before stays the one that the next is compared with.
   [[nodiscard]] std::optional<GrownSurface> grow(GrowingFusion::Show show = GrowingFusion::Show::what_changed);
   // Returns the median depth of the first frame, or what was found for pieces, scene units; 0 before it.
   [[nodiscard]] double usual_distance() const { return usual_distance_; }
@@ -126,6 +129,7 @@ class LiveSurface {
   [[nodiscard]] TriangleSoup joined_pieces() const;
   [[nodiscard]] std::optional<Mesh> fused_mesh(GrowingFusion::Show show, GrowingTimes& times);
   [[nodiscard]] std::optional<Mesh> joined_mesh(GrowingTimes& times) const;
+  void refuse_too_large(const Mesh& mesh) const;
   [[nodiscard]] double movement(const Frame& frame) const;
 
   LiveSurfaceOptions options_;

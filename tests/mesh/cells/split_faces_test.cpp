@@ -30,6 +30,18 @@ TEST_CASE("splitting a wall of two triangles keeps its area and bounds every edg
   }
 }
 
+TEST_CASE("the faces that a split makes are forecast from below, and by no more than a factor of four") {
+  for (const double max_edge : {20.0, 3.0, 1.0, 0.37, 0.05}) {
+    const Mesh wall = plane(1, 10);
+    const double forecast = fewest_split_faces(wall, max_edge);
+    const auto faces = static_cast<double>(split_large_faces(wall, max_edge).faces.size());
+    CHECK(forecast <= faces);
+    CHECK(4 * forecast >= faces);
+  }
+  CHECK(fewest_split_faces(plane(1, 1), 1e-5) == Approx(2.3094e10));
+  CHECK_THROWS_AS(fewest_split_faces(plane(1, 1), 0), std::invalid_argument);
+}
+
 TEST_CASE("split faces have their colours interpolated without drift") {
   const Mesh split = split_large_faces(plane(1, 1), 0.02);
   REQUIRE(split.colors.size() == split.positions.size());

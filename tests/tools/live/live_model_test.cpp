@@ -367,6 +367,45 @@ TEST_CASE("a live model refuses pieces beyond its bound, beside depth frames and
   CHECK_THROWS_AS(of_depths.replace_piece(0, room_piece(0)), std::logic_error);
 }
 
+TEST_CASE("a piece that is too large for a surface leaves the one before, and the stream goes on") {
+  LiveOptions options = room_live_options();
+  LiveModel live(options);
+  for (std::uint32_t octant = 0; octant < 8; ++octant) CHECK(live.replace_piece(octant, room_piece(octant)));
+  for (std::size_t number = 0; number < 6; ++number) offer_room(live, number);
+  wait_for([&] { return live.snapshot() != nullptr && live.status().surface_making.count > 0; });
+  CHECK(live.status().surface_failure.empty());
+  const std::uint64_t faces = room_surface()->mesh.faces.size();
+  const TriangleSoup vast{{{0, 0, 0}, {20'000, 0, 0}, {0, 20'000, 0}}, {}, {{0, 1, 2}}};
+  CHECK(live.replace_piece(8, vast));
+  wait_for([&] { return !live.status().surface_failure.empty(); });
+  CHECK_THAT(live.status().surface_failure, Catch::Contains("too large for cells of 0.5 units"));
+  for (std::size_t number = 6; number < 20; ++number) offer_room(live, number);
+  CHECK(live.replace_piece(8, {}));
+  wait_for([&] { return live.status().surface_failure.empty(); });
+  CHECK(live.replace_piece(8, vast));  // and stays to the end
+  const LiveResult model = live.finish();
+  CHECK_FALSE(live.status().surface_failure.empty());
+  REQUIRE(model.snapshot.surface);
+  CHECK(model.snapshot.surface->mesh.faces.size() == faces);
+  CHECK_NOTHROW(check(model.snapshot));
+  CHECK(live.status().stored > 5);
+}
+
+TEST_CASE("a model of nothing but a piece that is too large has no surface") {
+  LiveOptions options = room_live_options();
+  options.surface.cell_size = 0;  // 1/16 of the distance that the photograph has, 2 units
+  LiveModel live(options);
+  CHECK(live.replace_piece(0, {{{-9'000, -9'000, 0}, {11'000, -9'000, 0}, {-9'000, 11'000, 0}}, {}, {{0, 1, 2}}}));
+  Camera above = room_camera(0);
+  above.cam_from_world_rotation = glm::dmat3(1, 0, 0, 0, -1, 0, 0, 0, -1);
+  above.cam_from_world_translation = glm::dvec3(0, 0, 2);
+  (void)live.offer("above", above, [above] { return pattern_photograph(above, 0); });
+  wait_for([&] { return !live.status().surface_failure.empty(); });
+  CHECK(live.snapshot() == nullptr);
+  CHECK(live.finish().snapshot.surface == nullptr);
+  CHECK_THAT(live.status().last_failure, Catch::Contains("too large for cells of 0.125"));
+}
+
 TEST_CASE("pieces that no view sees make a surface at the end alone") {
   LiveModel live(room_live_options());
   for (std::uint32_t octant = 0; octant < 8; ++octant) CHECK(live.replace_piece(octant, room_piece(octant)));

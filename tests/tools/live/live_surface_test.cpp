@@ -153,6 +153,56 @@ TEST_CASE("a live surface of pieces is their join, and keeps the cells of pieces
   CHECK_FALSE(surface.grow());
 }
 
+// A triangle that looks up, with its right angle in the origin.
+TriangleSoup triangle(double width, double depth) {
+  return {{{0, 0, 0}, {width, 0, 0}, {0, depth, 0}}, {}, {{0, 1, 2}}};
+}
+
+TEST_CASE("pieces that are too large for their cells make no surface, and the one before stays") {
+  LiveSurfaceOptions options;
+  options.cell_size = 0.125;
+  options.max_piece_faces = 20'000;
+  LiveSurface surface(options);
+  surface.replace_piece(0, triangle(8, 8));
+  Camera above = room_camera(0);
+  above.cam_from_world_rotation = glm::dmat3(1, 0, 0, 0, -1, 0, 0, 0, -1);
+  above.cam_from_world_translation = glm::dvec3(-2, 2, 2);  // at (2, 2, 2), and looks down
+  REQUIRE(surface.find_distance({{above}}));
+  CHECK(surface.usual_distance() == Approx(2));
+  const std::optional<GrownSurface> before = surface.grow();
+  REQUIRE(before);
+  const std::size_t faces = before->surface->mesh.faces.size();
+  CHECK(static_cast<double>(faces) > 32 / (std::sqrt(3.0) / 4 * 0.125 * 0.125));
+  CHECK(faces < 20'000);
+  surface.replace_piece(1, triangle(20'000, 20'000));
+  CHECK_THROWS_AS(surface.grow(), InputError);
+  CHECK_THROWS_WITH(surface.grow(), Catch::Contains("too large for cells of 0.125 units: they would become 2.95"));
+  surface.replace_piece(1, triangle(1e9, 1e9));  // floats there are farther apart than a cell is wide
+  CHECK_THROWS_AS(surface.grow(), InputError);
+  surface.replace_piece(1, triangle(20'000, 1e-3));  // a needle, which is not split
+  const std::optional<GrownSurface> with_needle = surface.grow();
+  REQUIRE(with_needle);
+  CHECK_NOTHROW(check(*with_needle->surface));
+  surface.replace_piece(1, {});
+  const std::optional<GrownSurface> after = surface.grow();
+  REQUIRE(after);
+  CHECK(after->surface->mesh.faces.size() == faces);
+  // What failed has not become the version that the next is compared with.
+  CHECK(std::count(after->changed.begin(), after->changed.end(), 0) == std::ssize(after->changed));
+}
+
+TEST_CASE("a piece whose positions are too coarse for its cells makes no surface") {
+  LiveSurfaceOptions options;
+  options.cell_size = 0.01;
+  LiveSurface surface(options);
+  TriangleSoup far = triangle(1, 1);
+  for (glm::dvec3& position : far.positions) position.x += 1e6;
+  surface.replace_piece(0, far);
+  surface.guess_distance();
+  CHECK_THROWS_AS(surface.grow(), InputError);
+  CHECK_THROWS_WITH(surface.grow(), Catch::Contains("the resolution of the positions"));
+}
+
 TEST_CASE("a live surface refuses pieces that are none, and pieces beside depth frames") {
   LiveSurface of_pieces(room_live_options().surface);
   TriangleSoup bad{{{0, 0, 0}, {1, 0, 0}, {0, 1, 0}}, {}, {{0, 1, 3}}};
