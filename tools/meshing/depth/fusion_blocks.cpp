@@ -95,7 +95,9 @@ class BlockFinder {
     if (recent == key) return;
     recent = key;
     keys_.push_back(key);
-    if (keys_.size() > kUntidy) tidy();
+    if (keys_.size() <= untidy_) return;
+    tidy();
+    untidy_ = std::max(kUntidy, 2 * keys_.size());  // so that many blocks are not sorted for every key
   }
 
   // Sorted, each once.
@@ -104,12 +106,13 @@ class BlockFinder {
     keys_.erase(std::unique(keys_.begin(), keys_.end()), keys_.end());
   }
 
-  static constexpr std::size_t kUntidy = std::size_t{1} << 20U;  // how many may wait for being sorted
+  static constexpr std::size_t kUntidy = std::size_t{1} << 20U;
   static constexpr unsigned kRecentBits = 12;
   const DepthImage& image_;
   const FusionOptions& options_;
   std::vector<Neighbourhood> last_;  // by step: of the last pixel that left the one before
   std::vector<std::uint64_t> keys_;
+  std::size_t untidy_ = kUntidy;  // how many keys may be there before they are sorted
   std::vector<std::uint64_t> recent_ = std::vector<std::uint64_t>(std::size_t{1} << kRecentBits, 0);  // no block is 0
 };
 

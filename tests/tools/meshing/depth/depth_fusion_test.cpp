@@ -18,6 +18,7 @@
 #include "mesh/repair/repair.h"
 #include "tests/support/scenes/surfaces.h"
 #include "tests/tools/meshing/depth/ball_depths.h"
+#include "tools/meshing/depth/fusion_blocks.h"
 
 namespace lumatlas {
 namespace {
@@ -33,6 +34,18 @@ TEST_CASE("depth images of a ball from all sides give a closed ball that faces o
   CHECK(volume_of(mesh) == Approx(4.0 / 3 * pi).epsilon(0.02));
   CHECK(area_of(mesh) == Approx(4 * pi).epsilon(0.03));
   for (const glm::vec3& p : mesh.positions) CHECK(std::abs(glm::length(p) - 1) < 0.03);  // 0.6 voxels
+}
+
+TEST_CASE("more than a million blocks near a depth image are each there once, in order") {
+  DepthImage image{camera_at({3, 0, 1}), {}};
+  image.depth.assign(std::size_t{image.camera.width} * image.camera.height, 1.0F);
+  FusionOptions options;
+  options.voxel = 1e-4;
+  options.truncation = 0.1;
+  const std::vector<glm::ivec3> blocks = blocks_near(image, options);
+  CHECK(blocks.size() > 2'000'000);
+  CHECK(std::is_sorted(blocks.begin(), blocks.end(), by_block_key));
+  CHECK(std::adjacent_find(blocks.begin(), blocks.end()) == blocks.end());
 }
 
 TEST_CASE("what no depth image shows is open, not closed") {
