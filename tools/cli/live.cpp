@@ -185,6 +185,9 @@ void tell(const LiveFlags& flags, const Playback& playback) {
     std::cerr << "warning: " << live.depths_refused
               << " depth images could not be fused; the last failure: " << live.last_failure << '\n';
   }
+  if (!live.surface_failure.empty()) {
+    std::cerr << "warning: the surface lacks the last pieces: " << live.surface_failure << '\n';
+  }
 }
 
 void tell_finish(const LiveFlags& flags, const FinishRecord& finish) {

@@ -214,7 +214,11 @@ void make_anew(StreamedFrames frames, const PlayedSource& source, const Playback
   std::set<std::string> unread;
   for (const SkippedView& view : playback.result.skipped) unread.insert(view.name);
   std::erase_if(frames.offered, [&](std::size_t rank) { return unread.contains(frames.scene.views[rank].name); });
-  if (frames.offered.empty() || (frames.scene.depths.empty() && !frames.surface)) return;
+  if (frames.offered.empty()) return;
+  if (frames.scene.depths.empty() && !frames.surface) {
+    record.finish.why_not = "no depth image of the stream is kept";
+    return;
+  }
   if (callbacks.finishing) callbacks.finishing(frames.scene.depths.size(), frames.offered.size());
   const StageProgress unheard = [](const std::string& /*stage*/, std::size_t /*steps*/) {
     return [](std::size_t /*done*/) {};
@@ -245,7 +249,7 @@ void finish_playback(LiveModel& live, std::shared_ptr<void>& watch, const Played
   record.outcomes = live.take_outcomes();
   record.live = live.status();
   playback.result = result_of(source, options, std::move(model), record);
-  if (frames && frames->scene.depths.empty()) frames->surface = playback.result.snapshot.surface;
+  if (frames && record.live.pieces_given > 0) frames->surface = playback.result.snapshot.surface;
   if (frames) make_anew(std::move(*frames), source, options, callbacks, playback);
   if (options.measure_deviation && !record.finish.done) measure_trust(playback.result);
   record.finish_ms = ms_since(end);
@@ -370,7 +374,7 @@ class Receiver {
     TriangleSoup& piece = message.surface;
     if (!live_ && piece.faces.empty()) return;
     has_pieces_ = true;
-    if (!live_) start(piece.positions.front());
+    if (!live_) start(piece.positions[piece.faces.front().x]);
     for (glm::dvec3& position : piece.positions) position -= options_.live.surface.offset;
     if (!live_->replace_piece(message.id, std::move(piece)) && !told_of_room_) {
       told_of_room_ = true;
@@ -414,6 +418,10 @@ class Receiver {
     if (!live_) return;
     const LiveStatus status = live_->status();
     note_moment(seconds(), status, offers_told_, record_);
+    if (status.surface_failure != told_failure_) {
+      told_failure_ = status.surface_failure;
+      if (!told_failure_.empty()) warn("the surface stays as it was: " + told_failure_);
+    }
     if (callbacks_.told) callbacks_.told({seconds(), 0, record_.frames, 0, status});
   }
 
@@ -435,6 +443,7 @@ class Receiver {
   bool ended_ = false;
   bool has_depths_ = false, has_pieces_ = false;  // of the two, a stream has one
   bool told_of_room_ = false;                     // that a piece found none
+  std::string told_failure_;                      // of the surface
   std::size_t offers_told_ = 0;
 };
 

@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // receive_stream(), with clients that go, stall and send nonsense.
+#include <algorithm>
 #include <atomic>
 #include <catch2/catch.hpp>
 #include <cmath>
 #include <filesystem>
+#include <glm/glm.hpp>
 #include <thread>
 
 #include "mesh/base/errors.h"
@@ -146,6 +148,70 @@ TEST_CASE("a stream of photographs and pieces of surface is made anew on those, 
     near += std::abs(seen.depth[pixel] - room.depth[pixel]) < 0.01F;
   CHECK(near > seen.depth.size() * 98 / 100);
   CHECK(std::filesystem::is_empty(scratch.path()));
+}
+
+TEST_CASE("a stream whose kept frames have no depths is saved as it was shown") {
+  FrameSocket socket(0);
+  PlaybackOptions options;
+  options.live = room_live_options();
+  options.live.waiting_views = 30;
+  options.live.waiting_depths = 30;
+  options.measure_deviation = false;
+  options.kept_bytes = 1;  // of the frames the first one is kept, a photograph alone
+  std::thread clients([&] {
+    const StreamClient client(socket.port());
+    client.send_all(room_opening());
+    for (std::size_t number = 0; number < 10; ++number) {
+      client.send_all(number % 2 == 0 ? room_photograph(number) : room_frame(number));
+    }
+    client.send_all(message_bytes('E', {}));
+  });
+  const Playback playback = receive_stream(socket, options, {});
+  clients.join();
+  CHECK_FALSE(playback.record.finish.done);
+  CHECK(playback.record.finish.why_not == "no depth image of the stream is kept");
+  CHECK(playback.record.live.stored > 1);
+  CHECK_NOTHROW(check(playback.result.snapshot));
+  const auto& views = playback.result.snapshot.views;
+  CHECK(std::count_if(views.begin(), views.end(), [](const auto& view) { return view != nullptr; }) > 1);
+}
+
+TEST_CASE("a stream warns of a piece that makes no surface, and its origin is near its first triangle") {
+  FrameSocket socket(0);
+  PlaybackOptions options;
+  options.live = room_live_options();
+  options.measure_deviation = false;
+  options.finish = false;
+  std::atomic<std::size_t> warned = 0;
+  PlaybackCallbacks callbacks;
+  callbacks.warned = [&](const std::string& sentence) {
+    CHECK_THAT(sentence, Catch::Contains("the surface stays as it was: the pieces of surface are too large for cells"));
+    ++warned;
+  };
+  std::thread clients([&] {
+    const StreamClient client(socket.port());
+    client.send_all(room_opening());
+    for (std::uint32_t octant = 0; octant < 8; ++octant) {
+      TriangleSoup piece = room_piece(octant);
+      piece.positions.insert(piece.positions.begin(), glm::dvec3(5e8));  // no face refers to it
+      for (glm::uvec3& face : piece.faces) face += 1U;
+      client.send_all(piece_bytes<double>(octant, piece));
+    }
+    for (std::size_t number = 0; number < 5; ++number) client.send_all(room_photograph(number));
+    const TriangleSoup vast{{{0, 0, 0}, {20'000, 0, 0}, {0, 20'000, 0}}, {}, {{0, 1, 2}}};
+    client.send_all(piece_bytes<double>(8, vast));
+    while (warned < 1) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    client.send_all(piece_bytes<double>(8, {}));
+    client.send_all(message_bytes('E', {}));
+  });
+  const Playback playback = receive_stream(socket, options, callbacks);
+  clients.join();
+  CHECK(warned == 1);
+  CHECK(playback.record.live.surface_failure.empty());
+  CHECK(playback.record.live.stored > 0);
+  const Surface& surface = *playback.result.snapshot.surface;
+  CHECK(surface.mesh.faces.size() == room_surface()->mesh.faces.size());
+  CHECK(glm::length(surface.offset) < 10);
 }
 
 TEST_CASE("a stream that has depths refuses pieces of surface, and goes on") {
