@@ -29,17 +29,11 @@ constexpr Requirement live_requires{"live"};
 
 // A view is not decided before the surface has grown if more than this share of its picture has no surface yet.
 constexpr double kMuchUnseen = 0.2;
-constexpr double kFewestWaiting = 4;      // views that may wait, however long they take
-constexpr double kServiceMemory = 0.125;  // share of the last view in the mean time that a view takes
-constexpr double kStoringShare = 2;       // as much time for views as for surfaces, times this, while both wait
-constexpr int kRenewedAView = 2;          // depths of other views that are made again before the next view is stored
-constexpr int kFusedAMove = 2;            // depth frames that are fused, if any wait, before the next one is moved
+constexpr double kStoringShare = 2;  // as much time for views as for surfaces, times this, while both wait
+constexpr int kRenewedAView = 2;     // depths of other views that are made again before the next view is stored
+constexpr int kFusedAMove = 2;       // depth frames that are fused, if any wait, before the next one is moved
 constexpr std::size_t kMostPassed =
     256;  // views that count for demand and wait for it; of more the first are forgotten
-
-double ms_of(LiveClock::duration time) {
-  return std::chrono::duration<double, std::milli>(time).count();
-}
 
 void take_pose(const Camera& from, Camera& camera) {
   camera.cam_from_world_rotation = from.cam_from_world_rotation;
@@ -123,8 +117,7 @@ struct LiveModel::State {
   std::vector<WaitingView> waiting;
   std::vector<Camera> passed;  // cameras of views that were not needed
   std::vector<std::vector<MovedView>> moves;
-  double service_ms = 0;  // mean time of the last views; 0: none was stored
-  LiveClock::time_point last_served{};
+  StoringPace pace;
   bool views_busy = false;
   ViewsWork views_work;  // of the thread of the views, without the job that runs
   double ViewsWork::*views_job = nullptr;
@@ -184,10 +177,7 @@ struct LiveModel::State {
   }
   [[nodiscard]] bool all_rests() const;
   [[nodiscard]] bool is_ready(const WaitingView& view, std::uint64_t surface_depths) const;
-  [[nodiscard]] double urgency(const WaitingView& view, LiveClock::time_point now) const;
   [[nodiscard]] std::optional<std::size_t> next_view() const;
-  [[nodiscard]] std::size_t most_waiting() const;
-  void note_served(const WaitingView& view);
   [[nodiscard]] bool may_take_surface() const;
   [[nodiscard]] bool has_surface_to_make() const;
   [[nodiscard]] bool may_make_surface() const;
@@ -275,37 +265,19 @@ bool LiveModel::State::is_ready(const WaitingView& view, std::uint64_t surface_d
   return !view.for_depths || surface_depths >= *view.for_depths || (depths_rest() && !grown);
 }
 
-// News, and the time that the view has been ready in units of the longest wait: so that none waits for ever behind
-// others with more news.
-double LiveModel::State::urgency(const WaitingView& view, LiveClock::time_point now) const {
-  return view.news + ms_of(now - view.ready) / static_cast<double>(options.longest_wait.count());
-}
-
 // The most urgent view first, of equals the one that was offered first.
 std::optional<std::size_t> LiveModel::State::next_view() const {
   if (!sight) return std::nullopt;
   const LiveClock::time_point now = LiveClock::now();
+  const auto is_before = [&](const WaitingView& a, const WaitingView& b) {
+    return urgency(a, now, options.longest_wait) > urgency(b, now, options.longest_wait);
+  };
   std::optional<std::size_t> best;
   for (std::size_t i = 0; i < waiting.size(); ++i) {
     if (!is_ready(waiting[i], sight_depths)) continue;
-    if (!best || urgency(waiting[i], now) > urgency(waiting[*best], now)) best = i;
+    if (!best || is_before(waiting[i], waiting[*best])) best = i;
   }
   return best;
-}
-
-// Returns how many views may wait, so that the last of them is stored within the longest wait.
-std::size_t LiveModel::State::most_waiting() const {
-  if (service_ms == 0) return options.waiting_views;
-  const double in_time = std::max(static_cast<double>(options.longest_wait.count()) / service_ms, kFewestWaiting);
-  return static_cast<std::size_t>(std::min(in_time, static_cast<double>(options.waiting_views)));
-}
-
-// Notes how long the thread of the views took for a view, with the surfaces and depths that came between.
-void LiveModel::State::note_served(const WaitingView& view) {
-  const LiveClock::time_point now = LiveClock::now();
-  const double ms = ms_of(now - std::max(view.ready, last_served));
-  last_served = now;
-  service_ms = service_ms == 0 ? ms : (1 - kServiceMemory) * service_ms + kServiceMemory * ms;
 }
 
 // Views are stored for kStoringShare times as long as the last surface took to be taken over, if any are ready.
@@ -369,7 +341,10 @@ LiveVerdict LiveModel::State::offer(const std::string& name, const Camera& camer
   if (!worth) view.for_depths = status.depths_given + status.pieces_given;
   if (sight) view.counted = coverage->add_waiting(seen);
   waiting.push_back(std::move(view));
-  while (waiting.size() > most_waiting()) give_up(least_useful(waiting), verdict);
+  while (const std::optional<std::size_t> place =
+             one_too_many(waiting, options.waiting_views, pace.most_decided(options.longest_wait))) {
+    give_up(*place, verdict);
+  }
   changed.notify_all();
   return verdict;
 }
@@ -463,6 +438,7 @@ LiveStatus LiveModel::State::status_now() {
   if (failure) std::rethrow_exception(failure);
   LiveStatus now = status;
   now.waiting = static_cast<std::uint32_t>(waiting.size());
+  now.surface_rests = depths_rest() && !grown && views_job != &ViewsWork::surfaces;
   return now;
 }
 
@@ -482,7 +458,7 @@ LiveWaits LiveModel::State::waits_of(const WaitingView& view) const {
   const ViewsWork work = work_until_now();
   LiveWaits waits;
   waits.for_surface = ms_of(view.ready - view.offered);
-  waits.behind_surface = work.surfaces - view.work_before.surfaces;
+  waits.behind_surface = work.surfaces + work.moves - view.work_before.surfaces - view.work_before.moves;
   waits.behind_views = work.views - view.work_before.views;
   waits.behind_depths = work.depths - view.work_before.depths;
   return waits;
@@ -507,7 +483,7 @@ void LiveModel::State::run_views() {
     if (is_over()) return;
     views_busy = true;
     if (!moves.empty() && sight) {
-      work(&ViewsWork::surfaces, [&] { take_moves(lock); });
+      work(&ViewsWork::moves, [&] { take_moves(lock); });
     } else if (!moves.empty()) {
       moves.clear();  // no view is stored
     } else if (may_take_surface()) {
@@ -540,7 +516,7 @@ void LiveModel::State::store_view(Lock& lock, std::size_t place) {
   outcome.until_stored = ms_of(LiveClock::now() - view.offered);
   lock.lock();
   outcome.waits.storing = stopwatch.stop(status.storing);
-  note_served(view);
+  pace.note_stored(view, LiveClock::now(), work_until_now());
   coverage->remove_waiting(view.counted);
   for (ViewSlot slot{0}; slot < options.max_views; ++slot) {
     if (!coverage->follow(planner->store(), slot)) continue;

@@ -45,7 +45,8 @@ struct LiveOptions {
   std::chrono::milliseconds surface_interval{500};  // between two surfaces at least, > 0; longer where they take longer
   std::uint32_t waiting_views = 24;                 // chosen, and not stored yet; >= 1
   // Where a chosen view would wait longer than this for those before it, by the time that the last views took, fewer
-  // may wait, but 4 at least. It counts as much in their order as all of LiveVerdict::news. > 0.
+  // chosen views may wait, but 4 at least, or waiting_views if those are fewer. A view that has waited so long comes
+  // before one that has just been chosen, whatever their LiveVerdict::news. > 0.
   std::chrono::milliseconds longest_wait{1000};
   std::uint32_t waiting_depths = 8;  // given, and not fused yet; >= 1
 };
@@ -68,7 +69,7 @@ struct LiveVerdict {
 
 // Divides the time from offer() until a view is stored by what the view waited for, milliseconds.
 struct LiveWaits {
-  double for_surface = 0;     // until the surface had the depth frames that came before it
+  double for_surface = 0;     // for the decision: in offer(), and until the surface had the depth frames before it
   double behind_surface = 0;  // while the thread of the views took over surfaces and poses
   double behind_views = 0;    // while it stored other views
   double behind_depths = 0;   // while it renewed depths of stored views
@@ -100,6 +101,7 @@ struct LiveStatus {
   LiveTimes fusion, surface_making, surface_taking, depth_renewing, storing;
   LiveTimes moving, fusing_again;      // of stored views, and of depth frames, to their new poses
   std::uint64_t depths_to_move = 0;    // that the surface has at other poses than their last ones
+  bool surface_rests = false;          // snapshots have all depth frames, pieces and poses that were given so far
   std::uint64_t faces = 0, cells = 0;  // of the surface
   double summed_coverage = 0;          // of the surface by the stored views, see CoverageLedger
   std::string last_failure;            // of a depth frame, photograph or piece; empty: none

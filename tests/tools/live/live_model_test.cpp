@@ -90,6 +90,7 @@ TEST_CASE("offers return while a photograph is being read and a depth frame is b
   }
   live->move_views({{"first", room_camera(2)}});
   CHECK(live->status().offered == 30);
+  CHECK_FALSE(live->status().surface_rests);
   CHECK(live->status().stored == 0);
   CHECK(live->snapshot() != nullptr);
   photograph.release();
@@ -141,6 +142,55 @@ TEST_CASE("a full queue gives up the views with the least news, and says which")
   CHECK(stored.size() == 4);
   for (const std::string& name : dropped) stored.insert(name);
   CHECK((stored == chosen));  // each view was either stored or reported as dropped
+}
+
+// Offers views of the room while the photograph of another view is being read. Returns which are stored, in that order.
+std::vector<std::string> stored_behind_another(LiveModel& live, std::size_t offers) {
+  BlockedSource photograph;
+  const Camera first = room_camera(0);
+  live.offer("first", first, [&] {
+    photograph.wait();
+    return pattern_photograph(first, 0);
+  });
+  wait_for([&] { return photograph.asked(); });
+  for (std::size_t number = 1; number < offers; ++number) {
+    (void)offer_room(live, number);
+    std::this_thread::sleep_for(std::chrono::milliseconds(2));
+  }
+  photograph.release();
+  (void)live.finish();
+  std::vector<std::string> stored;
+  for (const LiveOutcome& outcome : live.take_outcomes()) {
+    if (outcome.name.starts_with("view ") && outcome.verdict.slot) stored.push_back(outcome.name);
+  }
+  return stored;
+}
+
+TEST_CASE("views that have waited for longer than the longest wait are stored in the order of their offers") {
+  LiveOptions options = room_live_options();
+  options.longest_wait = std::chrono::milliseconds(1);
+  options.max_views = 30;
+  const auto live = model_with_surface(options, 30);
+  const std::vector<std::string> stored = stored_behind_another(*live, 12);
+  REQUIRE(stored.size() > 4);
+  const auto number = [](const std::string& name) { return std::stoi(name.substr(name.find(' '))); };
+  CHECK(std::is_sorted(stored.begin(), stored.end(),
+                       [&](const std::string& a, const std::string& b) { return number(a) < number(b); }));
+}
+
+TEST_CASE("four views may wait where each takes longer than the longest wait") {
+  LiveOptions options = room_live_options();
+  options.longest_wait = std::chrono::milliseconds(1);
+  options.max_views = 30;
+  const auto live = model_with_surface(options, 30);
+  const Camera slow = room_camera(29);
+  live->offer("slow", slow, [&] {
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    return pattern_photograph(slow, 29);
+  });
+  wait_for([&] { return live->status().storing.count == 1; });
+  CHECK(stored_behind_another(*live, 20).size() == 4);
+  CHECK(live->status().dropped > 0);
 }
 
 TEST_CASE("every snapshot is whole while views, surfaces and poses change") {
@@ -373,6 +423,8 @@ TEST_CASE("a piece that is too large for a surface leaves the one before, and th
   for (std::uint32_t octant = 0; octant < 8; ++octant) CHECK(live.replace_piece(octant, room_piece(octant)));
   for (std::size_t number = 0; number < 6; ++number) offer_room(live, number);
   wait_for([&] { return live.snapshot() != nullptr && live.status().surface_making.count > 0; });
+  wait_for([&] { return live.status().surface_rests; });
+  CHECK(live.status().faces == room_surface()->mesh.faces.size());
   CHECK(live.status().surface_failure.empty());
   const std::uint64_t faces = room_surface()->mesh.faces.size();
   const TriangleSoup vast{{{0, 0, 0}, {20'000, 0, 0}, {0, 20'000, 0}}, {}, {{0, 1, 2}}};

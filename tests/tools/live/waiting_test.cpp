@@ -2,6 +2,7 @@
 #include "tools/live/waiting.h"
 
 #include <catch2/catch.hpp>
+#include <chrono>
 #include <vector>
 
 #include "tests/support/scenes/small_scenes.h"
@@ -29,6 +30,61 @@ TEST_CASE("of views with as much news the one that is most like another is given
   CHECK(least_useful(views) == 3);
   views[1].news = 0.5;  // less, though it is like another
   CHECK(least_useful(views) == 1);
+}
+
+TEST_CASE("views that are not decided wait up to the bound of all, and decided ones up to theirs") {
+  std::vector<WaitingView> views = views_with_news({0.9, 0.3, 0.8, 0.6, 0.1});
+  CHECK_FALSE(one_too_many(views, 5, 5));
+  CHECK(one_too_many(views, 4, 5) == 4);
+  CHECK(one_too_many(views, 5, 4) == 4);
+  views[4].for_depths = 7;
+  CHECK_FALSE(one_too_many(views, 5, 4));
+  CHECK(one_too_many(views, 5, 3) == 1);
+  CHECK(one_too_many(views, 4, 3) == 4);
+}
+
+TEST_CASE("a view that has been ready for the longest wait comes before any that is new") {
+  using std::chrono::milliseconds;
+  std::vector<WaitingView> views = views_with_news({0.2, 0.9});
+  const LiveClock::time_point now = LiveClock::now();
+  const milliseconds longest(1000);
+  for (WaitingView& view : views) view.ready = now;
+  CHECK(urgency(views[0], now, longest) < urgency(views[1], now, longest));
+  views[0].ready = now - milliseconds(600);
+  CHECK(urgency(views[0], now, longest) < urgency(views[1], now, longest));
+  views[0].ready = now - milliseconds(800);
+  CHECK(urgency(views[0], now, longest) > urgency(views[1], now, longest));
+}
+
+TEST_CASE("as many views may wait as are stored within the longest wait, without the time for new poses") {
+  using std::chrono::milliseconds;
+  const milliseconds longest(1000);
+  LiveClock::time_point now = LiveClock::now();
+  StoringPace pace;
+  ViewsWork work;
+  WaitingView view;
+  CHECK(pace.most_decided(longest) > 1'000'000);
+  view.ready = now;
+  now += milliseconds(50);
+  pace.note_stored(view, now, work);
+  CHECK(pace.most_decided(longest) == 20);
+  CHECK(pace.most_decided(milliseconds(60)) == 4);  // however long they take
+  now += milliseconds(15'050);
+  work.moves += 15'000;  // a loop closure
+  pace.note_stored(view, now, work);
+  CHECK(pace.most_decided(longest) == 20);
+  view.ready = now + milliseconds(3000);  // in the middle of another loop closure
+  view.work_before = work;
+  view.work_before.moves += 2000;
+  work.moves += 7000;
+  now = view.ready + milliseconds(5050);
+  pace.note_stored(view, now, work);
+  CHECK(pace.most_decided(longest) == 20);
+  for (int stored = 0; stored < 50; ++stored) {
+    now += milliseconds(125);
+    pace.note_stored(view, now, work);
+  }
+  CHECK(pace.most_decided(longest) == 8);
 }
 
 TEST_CASE("the depth frame that is most like another is given up") {
