@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Benchmark of a loop closure: a stream with a drift is fed to a live model, and then all poses are taken back at once,
-// while a viewer draws. Tells how long it takes until the stored views are consistent, and how long until the surface
-// has followed; and the viewer's frames in these times, against those before. A table in Markdown goes to stdout; exit
-// status as of lumatlas itself.
+// while a viewer draws. Tells how long it takes until the stored views are consistent, until all depth images are fused
+// at their new poses, and until snapshots have the surface that is made of them; and the viewer's frames meanwhile,
+// against those before. A table in Markdown goes to stdout; exit status as of lumatlas itself.
 #include <algorithm>
 #include <atomic>
 #include <chrono>
@@ -22,6 +22,7 @@
 
 #include "blend/gl/egl_context.h"
 #include "blend/renderer.h"
+#include "mesh/base/errors.h"
 #include "mesh/base/median.h"
 #include "tools/lab/bench/program.h"
 #include "tools/live/live_model.h"
@@ -170,6 +171,9 @@ void print_row(const std::string& when, double seconds, const std::vector<Viewer
 }
 
 void run(const ClosureFlags& flags) {
+  if (!(std::isfinite(flags.shift) && std::isfinite(flags.turn) && (flags.shift != 0 || flags.turn != 0))) {
+    throw InputError("--shift and --turn must be finite, and one of them not 0: without a drift nothing is taken back");
+  }
   const CapturedStream stream = read_captured_stream(flags.folder, {}, std::nullopt, 10);
   LiveOptions options;
   options.max_views = flags.views;
@@ -190,8 +194,10 @@ void run(const ClosureFlags& flags) {
   const Clock::time_point consistent = Clock::now();
   wait_until([&] {
     const LiveStatus status = live.status();
-    return status.depths_to_move == 0 && status.fusing_again.count > 0;
+    return status.surface_rests || (status.depths_to_move == 0 && status.fusing_again.count > 0);
   });
+  const Clock::time_point fused = Clock::now();
+  wait_until([&] { return live.status().surface_rests; });
   const Clock::time_point followed = Clock::now();
   const std::vector<Viewer::Frame> frames = viewer.frames();
   std::cout << std::fixed << std::setprecision(1) << "move_views() of " << fed.held << " views and " << fed.fusion.count
@@ -200,6 +206,7 @@ void run(const ClosureFlags& flags) {
                "|---|---|---|---|---|---|---|\n";
   print_row("before", ms_between(start, closed) / 1000, frames, start, closed);
   print_row("until the views are consistent", ms_between(closed, consistent) / 1000, frames, closed, consistent);
+  print_row("until the depth images are fused again", ms_between(closed, fused) / 1000, frames, closed, fused);
   print_row("until the surface has followed", ms_between(closed, followed) / 1000, frames, closed, followed);
 }
 
