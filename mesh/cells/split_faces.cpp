@@ -113,7 +113,7 @@ void check_feasible(const Forecast& forecast, double max_edge) {
 }
 
 OpenMesh::Vec3d point(const HalfedgeMesh& mesh, OpenMesh::SmartVertexHandle vertex) {
-  return OpenMesh::vector_cast<OpenMesh::Vec3d>(mesh.point(vertex));
+  return OpenMesh::vector_cast<OpenMesh::Vec3d>(mesh.point(OpenMesh::VertexHandle(vertex.idx())));
 }
 
 // Halves edges, longest first and then by index: an order that depends on the mesh alone. An edge changes only when it
@@ -166,14 +166,13 @@ class EdgeHalving {
   }
 
   OpenMesh::SmartVertexHandle halve(OpenMesh::SmartEdgeHandle edge) {
-    const auto a = edge.v0();
-    const auto b = edge.v1();
+    const OpenMesh::VertexHandle a(edge.v0().idx()), b(edge.v1().idx());
     const auto color = (mesh_.color(a) + mesh_.color(b)) * 0.5f;
     // Halved before they are added: the sum of two large floats may overflow.
-    const auto middle = mesh_.add_vertex(mesh_.point(a) * 0.5f + mesh_.point(b) * 0.5f);
+    const OpenMesh::VertexHandle middle(mesh_.add_vertex(mesh_.point(a) * 0.5f + mesh_.point(b) * 0.5f).idx());
     mesh_.set_color(middle, color);
-    mesh_.split(edge, middle);
-    return middle;
+    mesh_.split(OpenMesh::EdgeHandle(edge.idx()), middle);
+    return OpenMesh::make_smart(middle, mesh_);
   }
 
   HalfedgeMesh& mesh_;
