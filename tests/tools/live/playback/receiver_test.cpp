@@ -3,10 +3,13 @@
 #include <algorithm>
 #include <atomic>
 #include <catch2/catch.hpp>
+#include <chrono>
 #include <cmath>
 #include <filesystem>
 #include <glm/glm.hpp>
+#include <string>
 #include <thread>
+#include <vector>
 
 #include "mesh/base/errors.h"
 #include "tests/support/temporary_folder.h"
@@ -16,6 +19,28 @@
 
 namespace lumatlas {
 namespace {
+
+// What receive_stream() takes, without what takes long at a stream's end; it keeps the warnings.
+struct Receiving {
+  FrameSocket socket{0};
+  PlaybackOptions options;
+  PlaybackCallbacks callbacks;
+  std::vector<std::string> warnings;
+  std::atomic<std::size_t> warned = 0;
+
+  Receiving() {
+    options.live = room_live_options();
+    options.measure_deviation = false;
+    options.finish = false;
+    callbacks.warned = [this](const std::string& sentence) {
+      warnings.push_back(sentence);
+      ++warned;
+    };
+  }
+  void wait_for_warnings(std::size_t count) const {
+    while (warned < count) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+};
 
 TEST_CASE("a stream survives clients that go, stall and send nonsense, and is a whole model at the end") {
   FrameSocket socket(0);
@@ -177,19 +202,9 @@ TEST_CASE("a stream whose kept frames have no depths is saved as it was shown") 
 }
 
 TEST_CASE("a stream warns of a piece that makes no surface, and its origin is near its first triangle") {
-  FrameSocket socket(0);
-  PlaybackOptions options;
-  options.live = room_live_options();
-  options.measure_deviation = false;
-  options.finish = false;
-  std::atomic<std::size_t> warned = 0;
-  PlaybackCallbacks callbacks;
-  callbacks.warned = [&](const std::string& sentence) {
-    CHECK_THAT(sentence, Catch::Contains("the surface stays as it was: the pieces of surface are too large for cells"));
-    ++warned;
-  };
+  Receiving receiving;
   std::thread clients([&] {
-    const StreamClient client(socket.port());
+    const StreamClient client(receiving.socket.port());
     client.send_all(room_opening());
     for (std::uint32_t octant = 0; octant < 8; ++octant) {
       TriangleSoup piece = room_piece(octant);
@@ -200,13 +215,15 @@ TEST_CASE("a stream warns of a piece that makes no surface, and its origin is ne
     for (std::size_t number = 0; number < 5; ++number) client.send_all(room_photograph(number));
     const TriangleSoup vast{{{0, 0, 0}, {20'000, 0, 0}, {0, 20'000, 0}}, {}, {{0, 1, 2}}};
     client.send_all(piece_bytes<double>(8, vast));
-    while (warned < 1) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    receiving.wait_for_warnings(1);
     client.send_all(piece_bytes<double>(8, {}));
     client.send_all(message_bytes('E', {}));
   });
-  const Playback playback = receive_stream(socket, options, callbacks);
+  const Playback playback = receive_stream(receiving.socket, receiving.options, receiving.callbacks);
   clients.join();
-  CHECK(warned == 1);
+  REQUIRE(receiving.warnings.size() == 1);
+  CHECK_THAT(receiving.warnings.front(),
+             Catch::Contains("the surface stays as it was: the pieces of surface are too large for cells"));
   CHECK(playback.record.live.surface_failure.empty());
   CHECK(playback.record.live.stored > 0);
   const Surface& surface = *playback.result.snapshot.surface;
@@ -215,33 +232,24 @@ TEST_CASE("a stream warns of a piece that makes no surface, and its origin is ne
 }
 
 TEST_CASE("a stream that has depths refuses pieces of surface, and goes on") {
-  FrameSocket socket(0);
-  PlaybackOptions options;
-  options.live = room_live_options();
-  options.measure_deviation = false;
-  options.finish = false;
-  std::atomic<std::size_t> warned = 0;
-  PlaybackCallbacks callbacks;
-  callbacks.warned = [&](const std::string& sentence) {
-    CHECK_THAT(sentence, Catch::Contains("comes after frames with depths"));
-    ++warned;
-  };
+  Receiving receiving;
   std::thread clients([&] {
     {
-      const StreamClient client(socket.port());
+      const StreamClient client(receiving.socket.port());
       client.send_all(room_opening());
       client.send_all(room_frame(0));
       client.send_all(piece_bytes<double>(0, room_piece(0)));
-      while (warned < 1) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+      receiving.wait_for_warnings(1);
     }
-    const StreamClient client(socket.port());
+    const StreamClient client(receiving.socket.port());
     client.send_all(room_opening());
     client.send_all(room_frame(1));
     client.send_all(message_bytes('E', {}));
   });
-  const Playback playback = receive_stream(socket, options, callbacks);
+  const Playback playback = receive_stream(receiving.socket, receiving.options, receiving.callbacks);
   clients.join();
-  CHECK(warned == 1);
+  REQUIRE(receiving.warnings.size() == 1);
+  CHECK_THAT(receiving.warnings.front(), Catch::Contains("comes after frames with depths"));
   CHECK(playback.record.frames == 2);
   CHECK(playback.record.live.stored > 0);
 }
