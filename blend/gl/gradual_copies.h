@@ -31,7 +31,7 @@ class GradualBuffer {
 
 class GradualTable {
  public:
-  // As for GlTable.
+  // `what` names the table in errors; `entries` must outlive this object until take() or take_table().
   GradualTable(const GlTableFormat& format, const char* what, std::span<const std::byte> entries)
       : format_(format), what_(what), entries_(entries) {}
   template <typename T>

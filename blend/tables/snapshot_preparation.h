@@ -54,7 +54,7 @@ class SnapshotPreparation {
  public:
   SnapshotPreparation(Snapshot snapshot, FormerSnapshot former, const PreparationOptions& options);
 
-  // As NextSnapshot has it.
+  // NextSnapshot::prepare(), and NextSnapshot's functions of these names, call them.
   void run();
   void cancel();
   [[nodiscard]] bool is_cancelled() const;

@@ -17,7 +17,7 @@
 
 namespace {
 
-// CTest ends this program after so many seconds, as tests/CMakeLists.txt says it.
+// Reports at nine tenths of the time after which CTest ends this program; tests/CMakeLists.txt hands it over.
 void report_hang_before_the_end() {
   if (const char* const seconds = std::getenv("LUMATLAS_TEST_SECONDS")) {
     lumatlas::report_hang_after(std::chrono::seconds(std::atoi(seconds) * 9 / 10));

@@ -57,7 +57,7 @@ struct WaitingDepth {
                                                       std::size_t most_decided);
 
 // Returns how urgent it is to store a view: its news, and the time that it has been ready in units of the longest wait,
-// so that no view waits for ever behind others with more news.
+// so that a view with little news does not stay behind others with more news.
 [[nodiscard]] double urgency(const WaitingView& view, LiveClock::time_point now,
                              std::chrono::milliseconds longest_wait);
 

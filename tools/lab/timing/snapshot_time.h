@@ -17,8 +17,8 @@ struct SnapshotTime {
 // Loads the snapshot in one call, with the mesh and programs that pictures of it need.
 [[nodiscard]] SnapshotTime time_at_once(Renderer& renderer, const Snapshot& snapshot, const BlendOptions& blend);
 
-// Uploads for at most about so many milliseconds a frame, while another thread prepares the snapshot and each frame
-// draws the former one. The renderer must have one. Throws what Renderer::begin() and upload() throw.
+// Calls upload(milliseconds) once a frame, while another thread prepares the snapshot and each frame draws the former
+// one. The renderer must have one. Throws what Renderer::begin() and upload() throw.
 [[nodiscard]] SnapshotTime time_in_pieces(Renderer& renderer, const Snapshot& snapshot, const Camera& camera,
                                           const BlendOptions& blend, double milliseconds);
 
