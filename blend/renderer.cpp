@@ -30,7 +30,7 @@
 #include "blend/gl/picture_targets.h"
 #include "blend/gl/shader_program.h"
 #include "blend/gl/snapshot_upload.h"
-#include "blend/supersampling.h"
+#include "blend/sampling/supersampling.h"
 #include "blend/tables/drawn_runs.h"
 #include "blend/tables/ranked_references.h"
 #include "blend/tables/snapshot_preparation.h"

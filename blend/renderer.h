@@ -33,8 +33,8 @@ struct RendererOptions {
   // then.
   std::optional<bool> blocks = std::nullopt;
   // The texels that a colour is made of are fetched in pairs by the GPU's own filter: 9 fetches in place of 16, or 1 of
-  // 4. GPUs weigh the two of a pair in steps of 1/256, so that colours differ a little: see blend/cubic_kernel.h. None:
-  // unless software draws, for which pairs are slower.
+  // 4. GPUs weigh the two of a pair in steps of 1/256, so that colours differ a little: see
+  // blend/sampling/cubic_kernel.h. None: unless software draws, for which pairs are slower.
   std::optional<bool> filtered_taps = std::nullopt;
   // Longest side, pixels, of the parts that a picture is drawn in, [64, 4000]. What a part is drawn into takes 40
   // bytes a pixel, and 24 more for each sample of a pixel; the picture as a whole takes 4. Smaller parts take less
@@ -100,15 +100,16 @@ class Renderer {
   // drawn yet. Call prepare() of the result on another thread, and upload() with each frame. Once the snapshot is
   // drawn, pictures are those that load() would give, to the last bit. `options` are those of the pictures to come:
   // with another border width the mesh is made with the first picture. The array of photographs has places for the
-  // tiles of both snapshots; where few tiles change, that is little more than for one. With a new surface, both meshes
-  // are on the GPU meanwhile. Throws std::invalid_argument unless the options pass check().
+  // tiles of both snapshots; where few tiles change, that is little more than for one, and where no tile stays, a
+  // second array is made. With a new surface, both meshes are on the GPU meanwhile. Throws std::invalid_argument
+  // unless the options pass check().
   [[nodiscard]] NextSnapshot begin(Snapshot snapshot, const BlendOptions& options);
-  // Copies parts of the next snapshot to the GPU for about so many milliseconds, one part at least if one is prepared.
-  // Parts take far less than a millisecond, except where the array grows: a page of photographs is copied at once, and
-  // drivers in software clear a larger array at some GB a second. A program that the former snapshot did not need is
-  // compiled at once, too. Returns whether nothing is left: the next
-  // snapshot is drawn from now on, or there is none. Throws GlError as load() does, and what prepare() has thrown. The
-  // former snapshot is drawn on then, and load() may be called. Throws std::invalid_argument unless 0 <= milliseconds.
+  // Copies parts of the next snapshot to the GPU until about `milliseconds` have passed, one part at least if one is
+  // prepared. Parts take far less than a millisecond, except where the array grows: a page of photographs is copied at
+  // once, and drivers in software clear a larger array at some GB a second. A program that the former snapshot did not
+  // need is compiled at once, too. Returns whether nothing is left: the next snapshot is drawn from now on, or there is
+  // none. Throws GlError as load() does, and what prepare() has thrown; the former snapshot is drawn on then, and
+  // load() may be called. Throws std::invalid_argument unless milliseconds >= 0.
   bool upload(double milliseconds);
 
   [[nodiscard]] RendererWork work() const;

@@ -72,7 +72,7 @@ float footprint_of(float focal_length, float z, float depth) {
 }
 
 // Returns the width of the sampling kernel, in pixels of the photograph, for a surface with that deviation: see
-// blend/footprint.h.
+// blend/sampling/footprint.h.
 float blurred_footprint(float footprint, float deviation, vec3 to_novel, vec3 to_stored, float focal_length,
                         float depth) {
   if (samples.w == 0 || !(deviation > 0.0)) return footprint;

@@ -6,7 +6,7 @@
 #include <limits>
 #include <utility>
 
-#include "blend/cubic_kernel.h"
+#include "blend/sampling/cubic_kernel.h"
 #include "blend/soft_edges.h"
 #include "blend/tables/fade_zone_shares.h"
 

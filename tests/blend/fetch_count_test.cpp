@@ -8,9 +8,9 @@
 #include <optional>
 #include <vector>
 
-#include "blend/cubic_kernel.h"
 #include "blend/renderer.h"
-#include "blend/supersampling.h"
+#include "blend/sampling/cubic_kernel.h"
+#include "blend/sampling/supersampling.h"
 #include "mesh/base/median.h"
 #include "tests/support/gl_test_context.h"
 #include "tests/support/rendering_difference.h"

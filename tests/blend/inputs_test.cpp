@@ -11,7 +11,7 @@
 #include "blend/gl_visibility.h"
 #include "blend/reference.h"
 #include "blend/renderer.h"
-#include "blend/supersampling.h"
+#include "blend/sampling/supersampling.h"
 #include "blend/tables/cell_runs.h"
 #include "tests/support/gl_test_context.h"
 #include "tests/support/scenes/wall_scenes.h"

@@ -14,7 +14,7 @@
 #include "blend/geometric_weight.h"
 #include "blend/gl/gl_objects.h"
 #include "blend/reference.h"
-#include "blend/supersampling.h"
+#include "blend/sampling/supersampling.h"
 #include "blend/tables/fade_zone_shares.h"
 #include "tests/support/gl_test_context.h"
 #include "tests/support/rendering_difference.h"

@@ -9,7 +9,7 @@
 
 #include "blend/reference.h"
 #include "blend/renderer.h"
-#include "blend/supersampling.h"
+#include "blend/sampling/supersampling.h"
 #include "blend/tables/tiles.h"
 #include "tests/support/gl_test_context.h"
 #include "tests/support/rendering_difference.h"

@@ -12,11 +12,11 @@
 #include <utility>
 
 #include "atlas/images/srgb.h"
-#include "blend/cubic_kernel.h"
 #include "blend/gl/photograph_array.h"
 #include "blend/gpu_bytes.h"
 #include "blend/reference.h"
 #include "blend/renderer.h"
+#include "blend/sampling/cubic_kernel.h"
 #include "planner/tile_choice.h"
 #include "tests/support/gl_test_context.h"
 #include "tests/support/rendering_difference.h"

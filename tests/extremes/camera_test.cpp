@@ -9,7 +9,7 @@
 #include <set>
 
 #include "blend/renderer.h"
-#include "blend/supersampling.h"
+#include "blend/sampling/supersampling.h"
 #include "mesh/visibility/visibility.h"
 #include "tests/extremes/extreme_scenes.h"
 #include "tests/support/gl_test_context.h"

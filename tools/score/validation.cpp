@@ -14,7 +14,7 @@
 #include <vector>
 
 #include "blend/renderer.h"
-#include "blend/supersampling.h"
+#include "blend/sampling/supersampling.h"
 #include "mesh/base/errors.h"
 #include "tools/base/process/interrupt.h"
 #include "tools/base/progress.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "blend/supersampling.h"
+#include "blend/sampling/supersampling.h"
 
 #include <algorithm>
 #include <array>
