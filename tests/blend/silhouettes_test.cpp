@@ -26,19 +26,19 @@ std::vector<std::uint8_t> silhouettes(const Mesh& mesh, const Camera& camera) {
 // Returns for each pixel whether it sees a surface and one of its neighbours sees something that `differs`.
 template <typename Differs>
 std::vector<std::uint8_t> beside(const VisibilityBuffer& visible, const Differs& differs) {
-  const auto width = static_cast<int>(visible.width);
-  const auto height = static_cast<int>(visible.height);
+  const auto width = std::ptrdiff_t{visible.width}, height = std::ptrdiff_t{visible.height};
   std::vector<std::uint8_t> flags;
-  for (int y = 0; y < height; ++y) {
-    for (int x = 0; x < width; ++x) {
+  for (std::ptrdiff_t y = 0; y < height; ++y) {
+    for (std::ptrdiff_t x = 0; x < width; ++x) {
+      const auto pixel = static_cast<std::size_t>(y * width + x);
       bool found = false;
-      for (int row = std::max(y - 1, 0); row <= std::min(y + 1, height - 1); ++row) {
-        for (int column = std::max(x - 1, 0); column <= std::min(x + 1, width - 1); ++column) {
-          found |= differs(static_cast<std::size_t>(y * width + x), static_cast<std::size_t>(row * width + column));
+      for (std::ptrdiff_t row = std::max<std::ptrdiff_t>(y - 1, 0); row <= std::min(y + 1, height - 1); ++row) {
+        for (std::ptrdiff_t column = std::max<std::ptrdiff_t>(x - 1, 0); column <= std::min(x + 1, width - 1);
+             ++column) {
+          found |= differs(pixel, static_cast<std::size_t>(row * width + column));
         }
       }
-      const bool seen = visible.face[static_cast<std::size_t>(y * width + x)] != FaceId::none;
-      flags.push_back(seen && found ? 1 : 0);
+      flags.push_back(visible.face[pixel] != FaceId::none && found ? 1 : 0);
     }
   }
   return flags;
