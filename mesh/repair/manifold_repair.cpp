@@ -254,8 +254,8 @@ void split(std::size_t vertices, TriangleList& faces, const VertexFaces& around,
 
 }  // namespace
 
-std::size_t drop_duplicate_faces(TriangleList& faces, const VertexFaces& around,
-                                 const std::vector<std::uint32_t>& suspects) {
+std::vector<std::uint32_t> duplicate_faces(const TriangleList& faces, const VertexFaces& around,
+                                           const std::vector<std::uint32_t>& suspects) {
   // All faces with the same vertices are at the lowest of them, which is a suspect.
   std::vector<std::pair<Triangle, std::uint32_t>> at_vertex;
   std::vector<std::uint32_t> dropped;
@@ -272,6 +272,12 @@ std::size_t drop_duplicate_faces(TriangleList& faces, const VertexFaces& around,
     }
   }
   std::sort(dropped.begin(), dropped.end());
+  return dropped;
+}
+
+std::size_t drop_duplicate_faces(TriangleList& faces, const VertexFaces& around,
+                                 const std::vector<std::uint32_t>& suspects) {
+  const std::vector<std::uint32_t> dropped = duplicate_faces(faces, around, suspects);
   std::uint32_t index = 0;
   auto next = dropped.begin();
   std::erase_if(faces, [&](const Triangle&) {
@@ -281,6 +287,11 @@ std::size_t drop_duplicate_faces(TriangleList& faces, const VertexFaces& around,
     return drop;
   });
   return dropped.size();
+}
+
+bool has_opposed_faces(const TriangleList& faces, const VertexFaces& around,
+                       const std::vector<std::uint32_t>& suspects) {
+  return !suspect_edges(faces, around, suspects).against.empty();
 }
 
 OrientedFaces orient_and_split(std::size_t vertices, TriangleList& faces, const VertexFaces& around,

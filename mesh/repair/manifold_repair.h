@@ -20,6 +20,14 @@ using TriangleList = std::vector<std::array<std::uint32_t, 3>>;
 [[nodiscard]] std::size_t drop_duplicate_faces(TriangleList& faces, const VertexFaces& around,
                                                const std::vector<std::uint32_t>& suspects);
 
+// Returns the faces that drop_duplicate_faces() drops, ascending.
+[[nodiscard]] std::vector<std::uint32_t> duplicate_faces(const TriangleList& faces, const VertexFaces& around,
+                                                         const std::vector<std::uint32_t>& suspects);
+
+// Returns whether two faces that have an edge for themselves turn against each other.
+[[nodiscard]] bool has_opposed_faces(const TriangleList& faces, const VertexFaces& around,
+                                     const std::vector<std::uint32_t>& suspects);
+
 struct OrientedFaces {
   std::uint64_t non_manifold_edges = 0;  // with three faces or more
   std::uint64_t reversed_faces = 0;      // turned round to agree with their neighbours

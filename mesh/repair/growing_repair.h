@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Repair of a soup that changes in places, version by version: only faces near a change are looked at again.
+//
+//   GrowingRepair repair;
+//   GrownMesh first = repair.next({soup, {}});
+//   GrownMesh second = repair.next({soup_with_a_hole, previous_position});
+#pragma once
+
+#include <cstddef>
+#include <memory>
+#include <vector>
+
+#include "mesh/base/id.h"
+#include "mesh/mesh.h"
+
+namespace lumatlas {
+
+// A version of a soup, without colours, and which of its positions were there in the version before.
+struct GrownSoup {
+  TriangleSoup soup;
+  // For each position the one before that it was, which had the same coordinates to the bit; VertexId::none: it is new.
+  // No two name the same. Empty: all are new. A face whose corners were those of a face before, in the same turn, is
+  // that face; faces between the same three positions keep their order.
+  std::vector<VertexId> previous_position;
+};
+
+// A version of the repaired mesh.
+struct GrownMesh {
+  Mesh mesh;
+  std::vector<FaceId> previous_face;  // for each face which one of the mesh before it was; FaceId::none: it is new
+};
+
+class GrowingRepair {
+ public:
+  GrowingRepair();
+  ~GrowingRepair();
+  GrowingRepair(const GrowingRepair&) = delete;
+  GrowingRepair& operator=(const GrowingRepair&) = delete;
+
+  // Returns what repair() makes of the soup without an offset, except for the order of the vertices.
+  // `previous_position` refers to the soup of the last call that returned. Time: that of repair() for the faces around
+  // positions at which a face came or went, and a small share of that for all others. Where faces turn against each
+  // other, as a soup of several scans may have them, that of repair() for all faces, because which of them are turned
+  // round depends on all. Throws InputError if no face is left, and std::invalid_argument for a soup with colours, with
+  // a face that refers to no position, or with more than 5e8 faces or positions, and unless `previous_position` is
+  // empty or has one entry per position, each a position that was there. This stays as it was then.
+  [[nodiscard]] GrownMesh next(const GrownSoup& grown);
+  // Returns how many faces the last call looked at again.
+  [[nodiscard]] std::size_t faces_repaired() const;
+
+ private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+}  // namespace lumatlas

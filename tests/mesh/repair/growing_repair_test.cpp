@@ -1,0 +1,233 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+#include "mesh/repair/growing_repair.h"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <catch2/catch.hpp>
+#include <cstdint>
+#include <glm/vec3.hpp>
+#include <limits>
+#include <map>
+#include <random>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "mesh/base/errors.h"
+#include "mesh/face_corners.h"
+#include "mesh/repair/repair.h"
+
+using namespace lumatlas;
+
+namespace {
+
+// A mesh without the numbers of its vertices: by place of each face, in one of its turns, and corner, the smallest such
+// place and corner that has the same vertex.
+using Form = std::map<std::pair<FaceCorners, int>, std::pair<FaceCorners, int>>;
+
+Form form_of(const Mesh& mesh) {
+  Form vertices;
+  std::map<std::uint32_t, std::pair<FaceCorners, int>> first;
+  std::vector<std::pair<std::pair<FaceCorners, int>, std::uint32_t>> corners;
+  for (FaceId face{0}; face < mesh.faces.size(); ++face) {
+    const FaceCorners place = face_corners(mesh, face);
+    for (int corner = 0; corner < 3; ++corner) {
+      const std::uint32_t vertex = mesh.faces[face][corner];
+      const glm::vec3 position = mesh.positions[vertex];
+      int rank = 0;  // of the corner in the face's place
+      while (place.at(3 * static_cast<std::size_t>(rank)) != std::bit_cast<std::uint32_t>(position.x + 0.0f) ||
+             place.at(3 * static_cast<std::size_t>(rank) + 1) != std::bit_cast<std::uint32_t>(position.y + 0.0f) ||
+             place.at(3 * static_cast<std::size_t>(rank) + 2) != std::bit_cast<std::uint32_t>(position.z + 0.0f)) {
+        ++rank;
+      }
+      corners.emplace_back(std::pair(place, rank), vertex);
+    }
+  }
+  for (const auto& [corner, vertex] : corners) {
+    const auto [entry, added] = first.emplace(vertex, corner);
+    if (!added) entry->second = std::min(entry->second, corner);
+  }
+  for (const auto& [corner, vertex] : corners) vertices.emplace(corner, first.at(vertex));
+  return vertices;
+}
+
+// A soup that changes at random: its faces lie between few positions, so that edges have many faces, faces repeat each
+// other, and some have no area. With `side`, the faces are those of a sheet of that many squares instead.
+class ChangingSoup {
+ public:
+  explicit ChangingSoup(std::uint32_t seed, int side = 0) : random_(seed) {
+    for (int i = 0; i < (side > 0 ? (side + 1) * (side + 1) : 30); ++i) {
+      positions_.push_back({next_number_++, side > 0 ? glm::dvec3(i % (side + 1), i / (side + 1), 0.1 * (i % 3))
+                                                     : glm::dvec3(below(4), below(4), below(3))});
+    }
+    for (int i = 0; i < side * side; ++i) {
+      const auto a = static_cast<std::uint32_t>(i / side * (side + 1) + i % side),
+                 c = a + static_cast<std::uint32_t>(side) + 2;
+      add(a, a + 1, c);
+      add(a, c, c - 1);
+    }
+    for (int i = 0; side == 0 && i < 40; ++i) add_random();
+  }
+
+  // Drops some faces and positions without faces, moves the numbers of others, and adds new ones.
+  void change(int count) {
+    for (int i = 0; i < count; ++i) {
+      if (!faces_.empty())
+        faces_.erase(faces_.begin() + static_cast<std::ptrdiff_t>(below(static_cast<int>(faces_.size()))));
+      if (below(2) == 0) {
+        positions_.insert(
+            positions_.begin() + below(static_cast<int>(positions_.size())),
+            {next_number_++, positions_[static_cast<std::size_t>(below(static_cast<int>(positions_.size())))].place});
+      }
+      add_random();
+      if (below(2) == 0) add_random();
+    }
+    const auto is_used = [&](const Position& position) {
+      return std::any_of(faces_.begin(), faces_.end(), [&](const Face& face) {
+        return std::find(face.corners.begin(), face.corners.end(), position.number) != face.corners.end();
+      });
+    };
+    std::erase_if(positions_, [&](const Position& position) { return !is_used(position) && below(3) == 0; });
+  }
+
+  // Returns the soup as it is, and where its parts were in the one returned before.
+  GrownSoup version() {
+    GrownSoup grown;
+    std::map<std::uint32_t, std::uint32_t> positions_now;
+    for (const Position& position : positions_) {
+      positions_now.emplace(position.number, static_cast<std::uint32_t>(grown.soup.positions.size()));
+      grown.soup.positions.push_back(position.place);
+      const auto before = positions_before_.find(position.number);
+      grown.previous_position.push_back(before == positions_before_.end() ? VertexId::none : VertexId(before->second));
+    }
+    for (const Face& face : faces_) {
+      const auto turn = static_cast<std::size_t>(below(3));
+      grown.soup.faces.emplace_back(positions_now.at(face.corners.at(turn)),
+                                    positions_now.at(face.corners.at((turn + 1) % 3)),
+                                    positions_now.at(face.corners.at((turn + 2) % 3)));
+    }
+    positions_before_ = std::move(positions_now);
+    return grown;
+  }
+
+ private:
+  struct Position {
+    std::uint32_t number;
+    glm::dvec3 place;
+  };
+  struct Face {
+    std::array<std::uint32_t, 3> corners;  // numbers of positions
+  };
+
+  int below(int end) { return std::uniform_int_distribution<int>(0, end - 1)(random_); }
+  void add(std::uint32_t a, std::uint32_t b, std::uint32_t c) {
+    faces_.push_back({{positions_[a].number, positions_[b].number, positions_[c].number}});
+  }
+  void add_random() {
+    const auto any = [&] { return static_cast<std::uint32_t>(below(static_cast<int>(positions_.size()))); };
+    add(any(), any(), any());
+  }
+
+  std::mt19937 random_;
+  std::uint32_t next_number_ = 0;
+  std::vector<Position> positions_;
+  std::vector<Face> faces_;
+  std::map<std::uint32_t, std::uint32_t> positions_before_;
+};
+
+// Compares each version with the repair of its soup, and previous faces with what they were.
+void check_versions(ChangingSoup& soup, int versions, int changes) {
+  GrowingRepair repair_of_all;
+  Mesh before;
+  for (int i = 0; i < versions; ++i) {
+    const GrownSoup grown = soup.version();
+    const GrownMesh made = repair_of_all.next(grown);
+    const Mesh whole = repair(grown.soup, glm::dvec3(0)).mesh;
+    REQUIRE(made.mesh.positions.size() == whole.positions.size());
+    REQUIRE(form_of(made.mesh) == form_of(whole));
+    REQUIRE(made.previous_face.size() == made.mesh.faces.size());
+    for (FaceId face{0}; face < made.mesh.faces.size(); ++face) {
+      const FaceId previous = made.previous_face[face];
+      if (previous == FaceId::none) continue;
+      FaceCorners now = face_corners(made.mesh, face), then = face_corners(before, previous);
+      Mesh turned = before;
+      std::swap(turned.faces[previous].x, turned.faces[previous].y);
+      REQUIRE((now == then || now == face_corners(turned, previous)));
+    }
+    before = made.mesh;
+    soup.change(changes);
+  }
+}
+
+}  // namespace
+
+TEST_CASE("a soup that changes at random is repaired as if it were whole, version by version") {
+  const auto seed = static_cast<std::uint32_t>(GENERATE(range(0, 40)));
+  CAPTURE(seed);
+  ChangingSoup soup(seed);
+  check_versions(soup, 12, 2);
+}
+
+TEST_CASE("faces that are put anywhere on a sheet, and taken from it, leave it as the repair of all does") {
+  const auto seed = static_cast<std::uint32_t>(GENERATE(range(0, 10)));
+  CAPTURE(seed);
+  ChangingSoup soup(seed, 7);
+  check_versions(soup, 10, 1);
+}
+
+TEST_CASE("only faces around a change are repaired again") {
+  ChangingSoup sheet(0, 100);
+  GrowingRepair growing;
+  const GrownMesh first = growing.next(sheet.version());
+  CHECK(growing.faces_repaired() == 20'000);
+  GrownSoup same = sheet.version();
+  const GrownMesh again = growing.next(same);
+  CHECK(growing.faces_repaired() == 0);
+  CHECK(form_of(again.mesh) == form_of(first.mesh));
+  CHECK(
+      std::none_of(again.previous_face.begin(), again.previous_face.end(), [](FaceId f) { return f == FaceId::none; }));
+  GrownSoup less = sheet.version();
+  less.soup.faces.erase(less.soup.faces.begin() + 10'100);
+  CHECK(growing.next(less).mesh.faces.size() == 19'999);
+  CHECK(growing.faces_repaired() > 0);
+  CHECK(growing.faces_repaired() < 20);
+}
+
+TEST_CASE("positions that are not finite drop their faces, in later versions too") {
+  ChangingSoup sheet(0, 3);
+  GrownSoup grown = sheet.version();
+  grown.soup.positions[5].x = std::numeric_limits<double>::infinity();
+  GrowingRepair growing;
+  const Mesh whole = repair(grown.soup, glm::dvec3(0)).mesh;
+  CHECK(form_of(growing.next(grown).mesh) == form_of(whole));
+  GrownSoup next = sheet.version();
+  next.soup.positions[5] = grown.soup.positions[5];
+  next.soup.faces.pop_back();
+  CHECK(form_of(growing.next(next).mesh) == form_of(repair(next.soup, glm::dvec3(0)).mesh));
+}
+
+TEST_CASE("a growing repair refuses lists that do not fit, and goes on from the version before") {
+  ChangingSoup sheet(0, 3);
+  GrowingRepair growing;
+  const GrownMesh first = growing.next(sheet.version());
+  const GrownSoup good = sheet.version();
+  const auto refuses = [&](const GrownSoup& bad, const std::string& why) {
+    CHECK_THROWS_WITH(growing.next(bad), Catch::Contains(why));
+  };
+  GrownSoup bad = good;
+  bad.previous_position.pop_back();
+  refuses(bad, "previous_position has 15 entries, must be empty or have 16");
+  bad = good;
+  bad.previous_position[3] = VertexId(16);
+  refuses(bad, "previous_position names 16 of 16");
+  bad = good;
+  bad.previous_position[3] = VertexId(4);
+  refuses(bad, "previous_position names 4 twice");
+  bad = good;
+  bad.soup.faces[2].y = 16;
+  refuses(bad, "face 2 refers to no position");
+  bad = GrownSoup{};
+  CHECK_THROWS_AS(growing.next(bad), InputError);
+  CHECK(form_of(growing.next(good).mesh) == form_of(first.mesh));
+}
