@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "mesh/cells/cell_growth.h"
 
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+
 #include <algorithm>
 #include <cmath>
 #include <sstream>
@@ -202,18 +205,55 @@ std::vector<CellId> number_old_first(std::vector<std::uint32_t>& labels, std::si
   return previous_cell;
 }
 
+// Returns whether a face is where a face before was, with the same turn.
+bool is_at_same_place(const Mesh& mesh_before, FaceId before, const Mesh& mesh, FaceId face) {
+  const glm::uvec3& then = mesh_before.faces[before];
+  const glm::uvec3& now = mesh.faces[face];
+  const auto same = [&](int corner) { return mesh_before.positions[then[corner]] == mesh.positions[now[corner]]; };
+  return (same(0) && same(1) && same(2)) || face_corners(mesh_before, before) == face_corners(mesh, face);
+}
+
 // Returns for each cell how many of its faces it had before, at the same place.
 std::vector<std::uint32_t> faces_as_before(const Mesh& mesh_before, const Cells& before, const Mesh& mesh,
                                            std::span<const FaceId> previous_face, const CellGrowth& growth) {
-  std::vector<std::uint32_t> faces(growth.cells.cells.size(), 0);
-  for (FaceId face{0}; face < mesh.faces.size(); ++face) {
-    const FaceId previous = previous_face[face];
-    if (previous == FaceId::none) continue;
-    const CellId cell = growth.cells.cell_of_face[face];
-    faces[cell] += before.cell_of_face[previous] == growth.previous_cell[cell] &&
-                   face_corners(mesh_before, previous) == face_corners(mesh, face);
-  }
+  const std::vector<CellId>& cell_of_face = growth.cells.cell_of_face;
+  std::vector<std::uint8_t> stays(mesh.faces.size(), 0);
+  tbb::parallel_for(tbb::blocked_range<std::uint32_t>(0, static_cast<std::uint32_t>(stays.size()), 1024),
+                    [&](const auto& range) {
+                      for (FaceId face{range.begin()}; face < range.end(); ++face) {
+                        const FaceId previous = previous_face[face];
+                        if (previous == FaceId::none) continue;
+                        stays[face] = before.cell_of_face[previous] == growth.previous_cell[cell_of_face[face]] &&
+                                      is_at_same_place(mesh_before, previous, mesh, face);
+                      }
+                    });
+  std::vector<std::uint32_t> faces(growth.previous_cell.size(), 0);
+  for (std::size_t face = 0; face < stays.size(); ++face) faces[cell_of_face[face]] += stays[face];
   return faces;
+}
+
+// Measures the changed cells, and takes the others from before: in another order their faces may add up otherwise.
+void measure_changed(const Mesh& mesh, const Cells& before, CellGrowth& growth) {
+  constexpr std::uint32_t kUnchanged = ~0u;
+  std::vector<std::uint32_t> number(growth.changed.size(), kUnchanged);
+  std::uint32_t changed = 0;
+  for (std::size_t cell = 0; cell < number.size(); ++cell) {
+    if (growth.changed[cell] != 0) number[cell] = changed++;
+  }
+  std::vector<FaceId> faces;
+  std::vector<CellId> cell_of_face;
+  for (FaceId face{0}; face < mesh.faces.size(); ++face) {
+    const std::uint32_t cell = number[growth.cells.cell_of_face[face]];
+    if (cell == kUnchanged) continue;
+    faces.push_back(face);
+    cell_of_face.emplace_back(cell);
+  }
+  const Cells measured = measure_cells(part_of(mesh, faces), std::move(cell_of_face), before.size);
+  growth.cells.cells.resize(number.size());
+  for (std::size_t cell = 0; cell < number.size(); ++cell) {
+    growth.cells.cells[cell] =
+        number[cell] == kUnchanged ? before.cells[growth.previous_cell[cell]] : measured.cells[number[cell]];
+  }
 }
 
 }  // namespace
@@ -238,16 +278,18 @@ CellGrowth grow_cells(const Mesh& mesh_before, const Cells& before, const Mesh& 
                                           ? grown_grid(mesh_before, before, mesh)
                                           : grown_clusters(before, mesh, previous_face, options.normal_weight);
   growth.previous_cell = number_old_first(labels, before.cells.size());
-  growth.cells = measure_cells(mesh, {labels.begin(), labels.end()}, before.size);
+  growth.cells.size = before.size;
+  growth.cells.cell_of_face = std::vector<CellId>(labels.begin(), labels.end());
+  std::vector<std::uint32_t> faces(growth.previous_cell.size(), 0);
+  for (const CellId cell : growth.cells.cell_of_face) ++faces[cell];
   const std::vector<std::uint32_t> kept = faces_as_before(mesh_before, before, mesh, previous_face, growth);
   growth.changed.assign(kept.size(), 1);
   for (std::size_t cell = 0; cell < kept.size(); ++cell) {
     const std::uint32_t previous = growth.previous_cell[cell];
     if (previous == CellId::none || kept[cell] != before.cells[previous].faces) continue;
-    if (kept[cell] != growth.cells.cells[cell].faces) continue;
-    growth.changed[cell] = 0;
-    growth.cells.cells[cell] = before.cells[previous];  // in another order its faces may add up otherwise
+    if (kept[cell] == faces[cell]) growth.changed[cell] = 0;
   }
+  measure_changed(mesh, before, growth);
   return growth;
 }
 
