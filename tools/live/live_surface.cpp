@@ -5,8 +5,10 @@
 #include <chrono>
 #include <cmath>
 #include <glm/glm.hpp>
+#include <numeric>
 #include <sstream>
 #include <stdexcept>
+#include <tuple>
 #include <utility>
 
 #include "mesh/base/errors.h"
@@ -14,7 +16,6 @@
 #include "mesh/base/requirement.h"
 #include "mesh/cells/cell_growth.h"
 #include "mesh/cells/split_faces.h"
-#include "mesh/repair/repair.h"
 #include "tools/live/kept_depths.h"
 #include "tools/meshing/cut/small_pieces.h"
 #include "tools/meshing/depth/scene_depth.h"
@@ -73,6 +74,33 @@ DepthImage in_grid(const Camera& camera, const RoundedDepth& depth) {
 void turn_to_scene(TriangleSoup& soup) {
   const glm::dmat3 scene_from_grid = glm::transpose(grid_from_scene());
   for (glm::dvec3& position : soup.positions) position = scene_from_grid * position;
+}
+
+// Appends for each position of a piece that replaced another the one there at the same place, one to one.
+void append_previous(const TriangleSoup& before, std::uint32_t first, const TriangleSoup& now,
+                     std::vector<VertexId>& previous) {
+  const auto by_place = [](const TriangleSoup& soup) {
+    std::vector<std::uint32_t> order(soup.positions.size());
+    std::iota(order.begin(), order.end(), 0U);
+    std::stable_sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
+      const glm::dvec3 &p = soup.positions[a], &q = soup.positions[b];
+      return std::tie(p.x, p.y, p.z) < std::tie(q.x, q.y, q.z);
+    });
+    return order;
+  };
+  const std::size_t start = previous.size();
+  previous.resize(start + now.positions.size(), VertexId::none);
+  const std::vector<std::uint32_t> old_order = by_place(before);
+  auto old_vertex = old_order.begin();
+  for (const std::uint32_t vertex : by_place(now)) {
+    const glm::dvec3& place = now.positions[vertex];
+    const auto is_before = [&](const glm::dvec3& p) {
+      return std::tie(p.x, p.y, p.z) < std::tie(place.x, place.y, place.z);
+    };
+    while (old_vertex != old_order.end() && is_before(before.positions[*old_vertex])) ++old_vertex;
+    if (old_vertex == old_order.end()) break;
+    if (before.positions[*old_vertex] == place) previous[start + vertex] = VertexId(first + *old_vertex++);
+  }
 }
 
 }  // namespace
@@ -195,19 +223,42 @@ void LiveSurface::replace_piece(std::uint32_t id, TriangleSoup piece) {
   has_pieces_ = true;
   if (piece.faces.empty()) {
     pieces_.erase(id);
-  } else {
-    pieces_.insert_or_assign(id, std::move(piece));
+    return;
   }
+  Piece& entry = pieces_[id];
+  std::swap(entry.soup, piece);
+  if (entry.first_vertex && !entry.before) entry.before = std::move(piece);
 }
 
 TriangleSoup LiveSurface::joined_pieces() const {
   TriangleSoup all;
   for (const auto& [id, piece] : pieces_) {
     const auto first = static_cast<std::uint32_t>(all.positions.size());
-    all.positions.insert(all.positions.end(), piece.positions.begin(), piece.positions.end());
-    for (const glm::uvec3& face : piece.faces) all.faces.push_back(face + first);
+    all.positions.insert(all.positions.end(), piece.soup.positions.begin(), piece.soup.positions.end());
+    for (const glm::uvec3& face : piece.soup.faces) all.faces.push_back(face + first);
   }
   return all;
+}
+
+// Returns the join of the pieces, which is the next version.
+GrownSoup LiveSurface::grown_pieces() {
+  GrownSoup grown;
+  grown.soup = joined_pieces();
+  std::uint32_t first = 0;
+  for (auto& [id, piece] : pieces_) {
+    const std::size_t count = piece.soup.positions.size();
+    if (!piece.first_vertex) {
+      grown.previous_position.resize(first + count, VertexId::none);
+    } else if (piece.before) {
+      append_previous(*piece.before, *piece.first_vertex, piece.soup, grown.previous_position);
+    } else {
+      for (std::uint32_t i = 0; i < count; ++i) grown.previous_position.emplace_back(*piece.first_vertex + i);
+    }
+    piece.before.reset();
+    piece.first_vertex = first;
+    first += static_cast<std::uint32_t>(count);
+  }
+  return grown;
 }
 
 bool LiveSurface::find_distance(std::span<const Camera> cameras) {
@@ -234,17 +285,23 @@ void LiveSurface::guess_distance() {
   set_distance(diagonal > 0 ? diagonal / 2 : 1);
 }
 
-std::optional<Mesh> LiveSurface::joined_mesh(GrowingTimes& times) const {
+GrownMesh LiveSurface::joined_mesh(bool follows, GrowingTimes& times) {
   auto start = std::chrono::steady_clock::now();
-  const TriangleSoup soup = joined_pieces();
+  GrownSoup grown = grown_pieces();
+  if (!follows) grown.previous_position.clear();
   times.cutting = lap_ms(start);
-  Mesh mesh = of_pieces([&] {
-    Mesh whole = repair(soup, glm::dvec3(0)).mesh;
-    refuse_too_large(whole);
-    return split_large_faces(whole, options_.cell_size);
+  GrownMesh made = of_pieces([&] {
+    GrownMesh whole = repair_.next(grown);
+    refuse_too_large(whole.mesh);
+    Mesh split = split_large_faces(whole.mesh, options_.cell_size);
+    const bool has_splits = split.faces.size() != whole.mesh.faces.size();
+    whole.mesh = std::move(split);
+    if (!follows || has_splits || last_has_splits_) whole.previous_face.clear();
+    last_has_splits_ = has_splits;
+    return whole;
   });
   times.repairing = lap_ms(start);
-  return mesh;
+  return made;
 }
 
 void LiveSurface::refuse_too_large(const Mesh& mesh) const {
@@ -256,36 +313,42 @@ void LiveSurface::refuse_too_large(const Mesh& mesh) const {
   throw InputError(why.str());
 }
 
-std::optional<Mesh> LiveSurface::fused_mesh(GrowingFusion::Show show, GrowingTimes& times) {
+std::optional<GrownMesh> LiveSurface::fused_mesh(GrowingFusion::Show show, bool follows, GrowingTimes& times) {
   auto start = std::chrono::steady_clock::now();
-  TriangleSoup soup = fusion_->surface(show);
-  (void)remove_small_pieces(soup, kFewestFaces);
-  if (soup.faces.empty()) return std::nullopt;
-  turn_to_scene(soup);
+  GrownSoup grown = fusion_->grown_surface(show);
+  if (!follows) grown.previous_position.clear();
+  (void)remove_small_pieces(grown.soup, kFewestFaces);
+  if (grown.soup.faces.empty()) return std::nullopt;
+  turn_to_scene(grown.soup);
   times.cutting = lap_ms(start);
-  Mesh mesh = repair(soup, glm::dvec3(0)).mesh;
+  GrownMesh made = repair_.next(grown);
+  if (!follows) made.previous_face.clear();
   times.repairing = lap_ms(start);
-  return mesh;
+  return made;
 }
 
 std::optional<GrownSurface> LiveSurface::grow(GrowingFusion::Show show) {
   if (usual_distance_ == 0 || (!fusion_ && pieces_.empty())) return std::nullopt;
   GrowingTimes times;
-  std::optional<Mesh> mesh = fusion_ ? fused_mesh(show, times) : joined_mesh(times);
-  if (!mesh) return std::nullopt;
+  // Until this version is done, the next one cannot follow it.
+  const bool follows = std::exchange(repair_follows_, false);
+  std::optional<GrownMesh> made = fusion_ ? fused_mesh(show, follows, times) : joined_mesh(follows, times);
+  if (!made) return std::nullopt;
   auto surface = std::make_shared<Surface>();
-  surface->mesh = std::move(*mesh);
+  surface->mesh = std::move(made->mesh);
   auto start = std::chrono::steady_clock::now();
   surface->offset = options_.offset;
   CellOptions cells;
   cells.size = options_.cell_size;
   const Surface nothing;
   const Surface& before = last_ ? *last_ : nothing;
-  const std::vector<FaceId> matches = match_faces(before.mesh, surface->mesh);
+  const std::vector<FaceId> matches =
+      made->previous_face.empty() ? match_faces(before.mesh, surface->mesh) : std::move(made->previous_face);
   times.matching = lap_ms(start);
   CellGrowth growth = grow_cells(before.mesh, before.cells, surface->mesh, matches, cells);
   surface->cells = std::move(growth.cells);
   last_ = surface;
+  repair_follows_ = true;
   times.cells = lap_ms(start);
   std::shared_ptr<const Visibility> visibility = visibility_->of(surface->mesh);
   times.tree = lap_ms(start);

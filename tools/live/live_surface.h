@@ -3,8 +3,8 @@
 // is the join of pieces that the caller has meshed. Each version keeps the faces, and so the cells, of what has hardly
 // changed since the one before. Erat et al. 2019, section 5, ask for it.
 //
-// Every version is made whole: cut out of all voxels or joined, repaired and divided into cells. The time of a version
-// grows with the scene therefore, and tools/live/README.md has measurements.
+// Of a version, what has changed since the one before is cut out, repaired and divided into cells. What stays is copied
+// and compared, which takes a time that grows with the scene: tools/live/README.md has measurements.
 #pragma once
 
 #include <cstddef>
@@ -21,6 +21,7 @@
 #include <vector>
 
 #include "atlas/surface.h"
+#include "mesh/repair/growing_repair.h"
 #include "mesh/visibility/growing_visibility.h"
 #include "mesh/visibility/visibility.h"
 #include "tools/meshing/depth/growing_fusion.h"
@@ -62,8 +63,8 @@ void check_piece(const TriangleSoup& piece);
 // Wall times of the steps to a version of the surface, milliseconds.
 struct GrowingTimes {
   double cutting = 0;    // out of the voxels, without small parts; or joining the pieces
-  double repairing = 0;  // to a manifold mesh
-  double matching = 0;   // to the faces before
+  double repairing = 0;  // to a manifold mesh, and finding the faces that were there before
+  double matching = 0;   // to the faces before, where repair did not follow the version before
   double cells = 0;
   double tree = 0;  // of the visibility
 };
@@ -127,8 +128,9 @@ class LiveSurface {
   void start(const DepthImage& image);
   void set_distance(double distance);
   [[nodiscard]] TriangleSoup joined_pieces() const;
-  [[nodiscard]] std::optional<Mesh> fused_mesh(GrowingFusion::Show show, GrowingTimes& times);
-  [[nodiscard]] std::optional<Mesh> joined_mesh(GrowingTimes& times) const;
+  [[nodiscard]] GrownSoup grown_pieces();
+  [[nodiscard]] std::optional<GrownMesh> fused_mesh(GrowingFusion::Show show, bool follows, GrowingTimes& times);
+  [[nodiscard]] GrownMesh joined_mesh(bool follows, GrowingTimes& times);
   void refuse_too_large(const Mesh& mesh) const;
   [[nodiscard]] double movement(const Frame& frame) const;
 
@@ -142,7 +144,15 @@ class LiveSurface {
   std::unordered_map<std::string, Frame> frames_;
   std::set<std::string> moved_;  // frames whose pose may be another one than they were fused with
   bool has_pieces_ = false;      // pieces were given
-  std::map<std::uint32_t, TriangleSoup> pieces_;
+  struct Piece {
+    TriangleSoup soup;
+    std::optional<TriangleSoup> before;         // that it has replaced since the last version
+    std::optional<std::uint32_t> first_vertex;  // of the piece in the last version
+  };
+  std::map<std::uint32_t, Piece> pieces_;
+  GrowingRepair repair_;
+  bool repair_follows_ = false;   // the soup that it repaired last is that of the last version
+  bool last_has_splits_ = false;  // faces of the last version were split
 };
 
 }  // namespace lumatlas

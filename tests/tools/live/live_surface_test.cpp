@@ -153,6 +153,64 @@ TEST_CASE("a live surface of pieces is their join, and keeps the cells of pieces
   CHECK_FALSE(surface.grow());
 }
 
+TEST_CASE("versions that follow each other end in the surface that is made at once, to the bit") {
+  LiveSurface growing(room_live_options().surface), at_once(room_live_options().surface);
+  for (std::size_t number = 0; number < 10; ++number) {
+    REQUIRE(growing.add(room_depth(room_camera(number)), room_view(number)));
+    REQUIRE(at_once.add(room_depth(room_camera(number))));
+    REQUIRE(growing.grow());
+    if (number < 5) continue;  // a frame goes away and comes back
+    Camera moved = room_camera(number - 3);
+    moved.cam_from_world_translation += glm::dvec3(0.05, 0.1, -0.05);
+    growing.move(room_view(number - 3), moved);
+    REQUIRE(growing.follow_move());
+    REQUIRE(growing.grow());
+    growing.move(room_view(number - 3), room_camera(number - 3));
+    REQUIRE(growing.follow_move());
+  }
+  const std::optional<GrownSurface> whole = at_once.grow(GrowingFusion::Show::everything);
+  const std::optional<GrownSurface> grown = growing.grow(GrowingFusion::Show::everything);
+  REQUIRE((whole && grown));
+  CHECK(grown->surface->mesh.positions == whole->surface->mesh.positions);
+  CHECK(grown->surface->mesh.faces == whole->surface->mesh.faces);
+  const std::optional<GrownSurface> same = growing.grow(GrowingFusion::Show::everything);
+  REQUIRE(same);
+  CHECK(same->surface->mesh.positions == whole->surface->mesh.positions);
+  CHECK(std::count(same->changed.begin(), same->changed.end(), 1) == 0);
+}
+
+TEST_CASE("pieces that come, change and go end in the surface of those that are left, to the bit") {
+  LiveSurface growing(room_live_options().surface), at_once(room_live_options().surface);
+  for (std::uint32_t octant = 0; octant < 8; ++octant) growing.replace_piece(octant, room_piece(octant));
+  REQUIRE(growing.find_distance({{room_camera(0)}}));
+  REQUIRE(growing.grow());
+  TriangleSoup dented = room_piece(3);
+  dented.positions[dented.faces.front().x].z += 0.02;
+  growing.replace_piece(3, dented);
+  growing.replace_piece(5, {});
+  const std::optional<GrownSurface> other = growing.grow();
+  REQUIRE(other);
+  CHECK(std::count(other->changed.begin(), other->changed.end(), 0) > 0);
+  CHECK(std::count(other->changed.begin(), other->changed.end(), 1) > 0);
+  growing.replace_piece(3, room_piece(3));
+  growing.replace_piece(5, room_piece(5));
+  growing.replace_piece(9, room_piece(1));  // the same faces twice
+  const std::optional<GrownSurface> twice = growing.grow();
+  REQUIRE(twice);
+  growing.replace_piece(9, {});
+  growing.replace_piece(2, room_piece(2));
+  const std::optional<GrownSurface> grown = growing.grow();
+  REQUIRE(grown);
+  CHECK(std::count(grown->changed.begin(), grown->changed.end(), 1) == 0);  // nothing is another face than before
+  for (std::uint32_t octant = 0; octant < 8; ++octant) at_once.replace_piece(octant, room_piece(octant));
+  REQUIRE(at_once.find_distance({{room_camera(0)}}));
+  const std::optional<GrownSurface> whole = at_once.grow();
+  REQUIRE(whole);
+  CHECK(grown->surface->mesh.positions == whole->surface->mesh.positions);
+  CHECK(grown->surface->mesh.faces == whole->surface->mesh.faces);
+  CHECK(twice->surface->mesh.faces == whole->surface->mesh.faces);
+}
+
 // A triangle that looks up, with its right angle in the origin.
 TriangleSoup triangle(double width, double depth) {
   return {{{0, 0, 0}, {width, 0, 0}, {0, depth, 0}}, {}, {{0, 1, 2}}};

@@ -50,6 +50,7 @@ struct GrowingFusion::State {
     shown_weight.resize(blocks.size(), 0);
     lost.resize(blocks.size(), 0);
     vertices.resize(blocks.size());
+    first_vertex.resize(blocks.size(), kNoBlock);
   }
 
   // Adds an image to a block, or with a `sign` of -1 takes it out.
@@ -97,6 +98,51 @@ struct GrowingFusion::State {
     drop_of(shown_weight);
     drop_of(lost);
     drop_of(vertices);
+    drop_of(first_vertex);
+  }
+
+  // Shows what is to be shown anew, and returns the blocks in the order in which the surface has them.
+  std::vector<std::uint32_t> show_changed(Show what) {
+    for (std::uint32_t block = 0; block < blocks.size(); ++block) {
+      const bool more = what == Show::everything ? weight[block] > shown_weight[block]
+                                                 : weight[block] > (1 + kShownAnew) * shown_weight[block];
+      if (more || lost[block] != 0) show(block);
+    }
+    std::vector<std::uint32_t> order(blocks.size());
+    std::iota(order.begin(), order.end(), 0U);
+    std::sort(order.begin(), order.end(),
+              [&](std::uint32_t a, std::uint32_t b) { return block_key(blocks[a]) < block_key(blocks[b]); });
+    return order;
+  }
+
+  // Takes the vertices of the last surface out of the blocks that are cut anew; empty of the others.
+  std::vector<BlockVertices> take_outdated() {
+    std::vector<BlockVertices> outdated(blocks.size());
+    for (std::uint32_t block = 0; block < blocks.size(); ++block) {
+      if (!vertices[block].is_cut && first_vertex[block] != kNoBlock) std::swap(outdated[block], vertices[block]);
+    }
+    return outdated;
+  }
+
+  // Appends the previous positions of a block's vertices.
+  void append_previous(std::uint32_t block, bool was_cut_anew, const BlockVertices& before,
+                       std::vector<VertexId>& previous) const {
+    const BlockVertices& now = vertices[block];
+    const std::uint32_t first = first_vertex[block];
+    std::size_t then = 0;
+    for (std::size_t i = 0; i < now.cells.size(); ++i) {
+      VertexId same;
+      if (first != kNoBlock && !was_cut_anew) {
+        same = VertexId(first + static_cast<std::uint32_t>(i));
+      } else {
+        while (then < before.cells.size() && before.cells[then] < now.cells[i]) ++then;
+        if (then < before.cells.size() && before.cells[then] == now.cells[i] &&
+            before.positions[then] == now.positions[i]) {
+          same = VertexId(first + static_cast<std::uint32_t>(then));
+        }
+      }
+      previous.push_back(same);
+    }
   }
 
   FusionOptions options;
@@ -107,6 +153,7 @@ struct GrowingFusion::State {
   std::vector<std::uint64_t> weight, shown_weight;  // sums over the voxels of each block
   std::vector<std::uint8_t> lost;                   // 1: an image was taken out since the block was shown
   std::vector<BlockVertices> vertices;              // of what is shown
+  std::vector<std::uint32_t> first_vertex;          // of each block in the last surface; kNoBlock: it was not there
 };
 
 GrowingFusion::GrowingFusion(const FusionOptions& options) {
@@ -148,17 +195,25 @@ void GrowingFusion::remove(const DepthImage& image) {
 }
 
 TriangleSoup GrowingFusion::surface(Show what) {
+  return grown_surface(what).soup;
+}
+
+GrownSoup GrowingFusion::grown_surface(Show what) {
   State& state = *state_;
-  for (std::uint32_t block = 0; block < state.blocks.size(); ++block) {
-    const bool more = what == Show::everything ? state.weight[block] > state.shown_weight[block]
-                                               : state.weight[block] > (1 + kShownAnew) * state.shown_weight[block];
-    if (more || state.lost[block] != 0) state.show(block);
+  const std::vector<std::uint32_t> order = state.show_changed(what);
+  std::vector<std::uint8_t> cut_anew(state.blocks.size());
+  for (std::size_t block = 0; block < cut_anew.size(); ++block) cut_anew[block] = state.vertices[block].is_cut ? 0 : 1;
+  const std::vector<BlockVertices> outdated = state.take_outdated();
+  GrownSoup grown;
+  grown.soup = surface_of(state.blocks, state.shown, order, state.options, state.vertices);
+  grown.previous_position.reserve(grown.soup.positions.size());
+  std::uint32_t first = 0;
+  for (const std::uint32_t block : order) {
+    state.append_previous(block, cut_anew[block] != 0, outdated[block], grown.previous_position);
+    state.first_vertex[block] = first;
+    first += static_cast<std::uint32_t>(state.vertices[block].cells.size());
   }
-  std::vector<std::uint32_t> order(state.blocks.size());
-  std::iota(order.begin(), order.end(), 0U);
-  std::sort(order.begin(), order.end(),
-            [&](std::uint32_t a, std::uint32_t b) { return block_key(state.blocks[a]) < block_key(state.blocks[b]); });
-  return surface_of(state.blocks, state.shown, order, state.options, state.vertices);
+  return grown;
 }
 
 std::size_t GrowingFusion::blocks() const {

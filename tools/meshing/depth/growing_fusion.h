@@ -7,6 +7,7 @@
 #include <memory>
 
 #include "mesh/mesh.h"
+#include "mesh/repair/growing_repair.h"
 #include "tools/meshing/depth/depth_fusion.h"
 
 namespace lumatlas {
@@ -47,6 +48,8 @@ class GrowingFusion {
   // block near a vertex is shown anew, the vertex has the same coordinates as in the surface before, to the bit. Time:
   // voxels of all blocks.
   [[nodiscard]] TriangleSoup surface(Show what = Show::what_changed);
+  // Returns the same, and which of its positions the surface of the last call of either function had.
+  [[nodiscard]] GrownSoup grown_surface(Show what = Show::what_changed);
   [[nodiscard]] std::size_t blocks() const;  // each of 512 voxels
 
  private:
