@@ -1,4 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
+#include <unistd.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -19,6 +21,8 @@
 #include "tools/cli/output/next_steps.h"
 #include "tools/cli/output/stage_bars.h"
 #include "tools/cli/shown_build.h"
+#include "tools/live/playback/frame_input.h"
+#include "tools/live/playback/frame_socket.h"
 #include "tools/live/playback/playback.h"
 #include "tools/pipeline/output/build_summary.h"
 #include "tools/pipeline/output/model_inspection.h"
@@ -47,6 +51,7 @@ struct LiveFlags {
   bool quiet = false;
 
   [[nodiscard]] bool listens() const { return listen_option->count() > 0; }
+  [[nodiscard]] bool reads_input() const { return source == "-"; }
 };
 
 PageOptions page_options_of(const LiveFlags& flags) {
@@ -250,16 +255,25 @@ void run(LiveFlags flags) {
   if (flags.listens() != flags.source.empty()) {
     throw CLI::ValidationError("SOURCE", "is needed unless --listen is given, and not with it");
   }
+  if (flags.reads_input() && flags.hold.hold_option->count() > 0) {
+    throw CLI::ValidationError("--hold", "leaves out photographs of a capture, not of standard input");
+  }
+  if (flags.reads_input() && isatty(STDIN_FILENO) != 0) {
+    throw CLI::ValidationError("SOURCE",
+                               "is standard input, which is a terminal: a program or file must send a stream");
+  }
   flags.options.pictures = flags.pictures.folders();
   flags.options.hold_out = flags.hold.protocol();
   if (flags.joint) flags.options.polish_steps = kJointSteps;
   flags.options.finish = !flags.no_finish;
   check_usage(flags.options);
-  check_apart(flags.output, std::array{flags.source, flags.pictures.images, flags.pictures.masks});
+  const std::filesystem::path folder = flags.reads_input() ? std::filesystem::path() : flags.source;
+  check_apart(flags.output, std::array{folder, flags.pictures.images, flags.pictures.masks});
   ModelOutput output(flags.output);
   flags.options.scratch_folder = scratch_folder_for(flags.output);
   std::optional<FrameSocket> socket;
   if (flags.listens()) socket.emplace(flags.listen);
+  FrameInput input(STDIN_FILENO);
   const auto shown = flags.view ? std::make_unique<ShownBuild>(page_options_of(flags)) : nullptr;
   std::optional<EndRequest> end_request(std::in_place);
   PlaybackCallbacks callbacks;
@@ -272,8 +286,9 @@ void run(LiveFlags flags) {
   callbacks.warned = [](const std::string& sentence) { std::cerr << "warning: " << sentence << '\n'; };
   if (socket) std::cerr << "listening for frames at 127.0.0.1:" << socket->port() << '\n';
   if (!flags.quiet) std::cerr << "Ctrl-C ends the stream and saves the model\n";
-  const Playback playback =
-      socket ? receive_stream(*socket, flags.options, callbacks) : play_capture(flags.source, flags.options, callbacks);
+  FrameSource* const sender = socket ? static_cast<FrameSource*>(&*socket) : flags.reads_input() ? &input : nullptr;
+  const Playback playback = sender != nullptr ? receive_stream(*sender, flags.options, callbacks)
+                                              : play_capture(flags.source, flags.options, callbacks);
   tell(flags, playback);
   tell_finish(flags, playback.record.finish);
   print_totals(flags, save_model(playback.result, output), playback.record);
@@ -297,7 +312,8 @@ void add_page_options(CLI::App& command, LiveFlags& flags) {
 void add_live_command(CLI::App& program) {
   auto flags = std::make_shared<LiveFlags>();
   CLI::App* command = program.add_subcommand("live", "Make a model of a stream with depth images while it is played");
-  add_file(*command, "SOURCE", flags->source, "SOURCE", "Capture with depth images: TUM RGB-D, ScanNet, Polycam");
+  add_file(*command, "SOURCE", flags->source, "SOURCE",
+           "Capture with depth images: TUM RGB-D, ScanNet, Polycam; -: a stream on standard input");
   PlaybackOptions& options = flags->options;
   begin_group(*command, "Files");
   add_model_output(*command, flags->output);

@@ -1,11 +1,17 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // `lumatlas live`, from a synthetic stream to a saved model.
+#include <fcntl.h>
+#include <unistd.h>
+
 #include <catch2/catch.hpp>
 #include <csignal>
+#include <filesystem>
+#include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "tests/tools/cli/program.h"
 #include "tests/tools/cli/run_program.h"
+#include "tests/tools/live/playback/stream_client.h"
 
 namespace lumatlas {
 namespace {
@@ -129,6 +135,38 @@ TEST_CASE("live refuses what is no stream with depths, and options that cannot b
   const Outcome slow = lumatlas({"live", streamed().stream, "-o", model, "--speed", "0"});
   CHECK(slow.status == 2);
   CHECK_THAT(slow.err, Catch::Contains("--speed: 0, must be finite and above 0"));
+}
+
+// Runs it with a file for its standard input.
+Outcome lumatlas_reading(const std::string& file, const Arguments& arguments) {
+  return lumatlas(arguments, [&] { dup2(open(file.c_str(), O_RDONLY | O_CLOEXEC), STDIN_FILENO); });
+}
+
+TEST_CASE("a stream on standard input becomes a model, and one without a frame is refused") {
+  const TemporaryFolder folder;
+  const std::string model = (folder / "model").string(), file = (folder / "stream").string();
+  StreamBytes bytes = room_opening();
+  for (std::size_t number = 0; number < 6; ++number) append(bytes, room_frame(number));
+  bytes.resize(bytes.size() - 10);  // it is cut off
+  std::ofstream(file, std::ios::binary)
+      .write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+  const Outcome made = lumatlas_reading(file, {"live", "-", "-o", model, "--no-finish", "--json", "--quiet"});
+  REQUIRE(made.status == 0);
+  CHECK_THAT(made.err, Catch::Contains("warning: the input ends in the middle of a message"));
+  CHECK(nlohmann::json::parse(made.out)["live"]["frames"] == 5);
+  CHECK(lumatlas({"inspect", model, "--json", "--quiet"}).status == 0);
+
+  std::ofstream(file) << "no stream at all, but some words that are long enough";
+  const std::string other = (folder / "other").string();
+  const Outcome none = lumatlas_reading(file, {"live", "-", "-o", other, "--quiet"});
+  CHECK(none.status == 1);
+  CHECK_THAT(none.err, Catch::Contains("warning: the input's greeting is not LUMLIVE1"));
+  CHECK_THAT(none.err, Catch::Contains("no frame arrived, so no model was saved"));
+  CHECK_FALSE(std::filesystem::exists(other));
+  check_failure(lumatlas({"live", "-", "-o", other, "--quiet"}), "no frame arrived");
+  const Outcome held = lumatlas_reading(file, {"live", "-", "-o", other, "--hold", "8"});
+  CHECK(held.status == 2);
+  CHECK_THAT(held.err, Catch::Contains("--hold"));
 }
 
 }  // namespace

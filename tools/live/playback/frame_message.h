@@ -47,6 +47,8 @@ class MessageReader {
   // Returns the next whole message; none if more bytes are needed. Throws InputError, a sentence that says which
   // message and what about it, where the bytes are no messages; nothing can be read after that.
   [[nodiscard]] std::optional<LiveMessage> next();
+  // Returns whether bytes were added that next() has not returned: a part of a message, once it returns none.
+  [[nodiscard]] bool has_more() const { return read_ < bytes_.size(); }
 
  private:
   std::vector<std::uint8_t> bytes_;

@@ -53,7 +53,7 @@ FrameSocket::FrameSocket(std::uint16_t port, std::chrono::milliseconds most_sile
 }
 
 FrameSocket::~FrameSocket() {
-  hang_up();
+  FrameSocket::hang_up();
   close(listener_);
 }
 
@@ -62,7 +62,7 @@ void FrameSocket::hang_up() {
   client_ = -1;
 }
 
-FrameSocket::Received FrameSocket::receive(std::chrono::milliseconds patience) {
+FrameSource::Received FrameSocket::receive(std::chrono::milliseconds patience) {
   Received received;
   if (client_ < 0) {
     if (!can_read(listener_, patience)) return received;

@@ -5,30 +5,25 @@
 #include <chrono>
 #include <cstdint>
 #include <string>
-#include <vector>
+
+#include "tools/live/playback/frame_source.h"
 
 namespace lumatlas {
 
-class FrameSocket {
+class FrameSocket : public FrameSource {
  public:
   // Listens. 0: any port that is free. A client that has sent nothing for `most_silence` gives way to one that waits.
   // Throws InputError if the port cannot be opened.
   explicit FrameSocket(std::uint16_t port, std::chrono::milliseconds most_silence = std::chrono::seconds(10));
-  ~FrameSocket();
-  FrameSocket(const FrameSocket&) = delete;
-  FrameSocket& operator=(const FrameSocket&) = delete;
+  ~FrameSocket() override;
 
   [[nodiscard]] std::uint16_t port() const { return port_; }
 
-  struct Received {
-    std::vector<std::uint8_t> bytes;      // in the order in which they were sent; empty: none came
-    bool opened = false, closed = false;  // a client came before these bytes, went after them
-    bool stalled = false;                 // the client that is closed was silent while another one waited
-  };
-  // Waits for bytes for at most that time. While a client is there, others wait.
-  [[nodiscard]] Received receive(std::chrono::milliseconds patience);
+  // While a client is there, others wait.
+  [[nodiscard]] Received receive(std::chrono::milliseconds patience) override;
   // Ends the connection of the client that is there.
-  void hang_up();
+  void hang_up() override;
+  [[nodiscard]] std::string sender() const override { return "the client"; }
 
  private:
   int listener_ = -1, client_ = -1;

@@ -299,14 +299,14 @@ DepthImage depth_of(const FrameMessage& frame) {
 // Takes messages of clients, one client after the other, until one of them says that the stream ends.
 class Receiver {
  public:
-  Receiver(FrameSocket& socket, PlaybackOptions& options, const PlaybackCallbacks& callbacks)
-      : socket_(socket), options_(options), callbacks_(callbacks) {
+  Receiver(FrameSource& from, PlaybackOptions& options, const PlaybackCallbacks& callbacks)
+      : from_(from), options_(options), callbacks_(callbacks) {
     source_.scene.root = "the stream";
   }
 
   Playback receive() {
     while (!ended_ && !(callbacks_.ended && callbacks_.ended())) {
-      take(socket_.receive(kLook));
+      take(from_.receive(kLook));
       if (Clock::now() >= next_tell_) tell();
     }
     tell();
@@ -322,7 +322,7 @@ class Receiver {
   }
 
  private:
-  void take(const FrameSocket::Received& received) {
+  void take(const FrameSource::Received& received) {
     if (received.opened) reader_ = MessageReader();
     try {
       reader_.add(received.bytes);
@@ -330,14 +330,18 @@ class Receiver {
         std::visit([this](auto& content) { handle(std::move(content)); }, *message);
       }
     } catch (const InputError& error) {
-      warn(std::string("the client's ") + error.what() + ": its connection is ended, what came before stays");
-      socket_.hang_up();
+      warn(from_.sender() + "'s " + error.what() + ": no more of it is taken, what came before stays");
+      from_.hang_up();
       reader_ = MessageReader();
     }
     if (received.stalled) {
       warn("the client has sent nothing for a while, and another one waits: its connection is ended");
     } else if (received.closed && !ended_) {
       warn("the client has gone without an end message; another may come");
+    }
+    if (received.ended && !ended_) {
+      if (reader_.has_more()) warn("the input ends in the middle of a message; what came before stays");
+      ended_ = true;
     }
   }
 
@@ -429,7 +433,7 @@ class Receiver {
     if (callbacks_.warned) callbacks_.warned(sentence);
   }
 
-  FrameSocket& socket_;
+  FrameSource& from_;
   PlaybackOptions& options_;
   const PlaybackCallbacks& callbacks_;
   MessageReader reader_;
@@ -478,10 +482,10 @@ Playback play_capture(const std::filesystem::path& folder, PlaybackOptions optio
   return playback;
 }
 
-Playback receive_stream(FrameSocket& socket, PlaybackOptions options, const PlaybackCallbacks& callbacks) {
+Playback receive_stream(FrameSource& source, PlaybackOptions options, const PlaybackCallbacks& callbacks) {
   check(options);
   const Clock::time_point start = Clock::now();
-  Receiver receiver(socket, options, callbacks);
+  Receiver receiver(source, options, callbacks);
   Playback playback = receiver.receive();
   playback.result.total_ms = ms_since(start);
   return playback;

@@ -13,7 +13,7 @@
 
 #include "tools/base/progress.h"
 #include "tools/live/live_model.h"
-#include "tools/live/playback/frame_socket.h"
+#include "tools/live/playback/frame_source.h"
 #include "tools/pipeline/build_model.h"
 #include "tools/scene/scene.h"
 
@@ -100,10 +100,10 @@ struct Playback {
 [[nodiscard]] Playback play_capture(const std::filesystem::path& folder, PlaybackOptions options,
                                     const PlaybackCallbacks& callbacks = {});
 
-// Takes the frames that programs send to the socket (tools/live/README.md), until one of them ends the stream or
-// `ended` says so. A client that goes, stalls or sends nonsense ends nothing: what it sent before stays, and another
-// one may come. Throws as play_capture(), and InputError where no frame came.
-[[nodiscard]] Playback receive_stream(FrameSocket& socket, PlaybackOptions options,
+// Takes the frames that programs send (tools/live/README.md), until one of them ends the stream, the source ends, or
+// `ended` says so. A client of a socket that goes, stalls or sends nonsense ends nothing: what it sent before stays,
+// and another one may come. Throws as play_capture(), and InputError where no frame came.
+[[nodiscard]] Playback receive_stream(FrameSource& source, PlaybackOptions options,
                                       const PlaybackCallbacks& callbacks = {});
 
 }  // namespace lumatlas

@@ -12,6 +12,7 @@
 
 #include "tests/support/temporary_folder.h"
 #include "tests/tools/live/playback/stream_client.h"
+#include "tools/live/playback/frame_socket.h"
 #include "tools/live/playback/playback.h"
 
 namespace lumatlas {

@@ -15,6 +15,7 @@
 #include "tests/support/temporary_folder.h"
 #include "tests/tools/live/playback/stream_client.h"
 #include "tests/tools/live/room_stream.h"
+#include "tools/live/playback/frame_socket.h"
 #include "tools/live/playback/playback.h"
 
 namespace lumatlas {
