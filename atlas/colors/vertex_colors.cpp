@@ -7,9 +7,13 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
+#include <cstddef>
+#include <cstdint>
 #include <glm/glm.hpp>
-#include <iterator>
+#include <limits>
+#include <numeric>
 #include <stdexcept>
 #include <string>
 #include <utility>
@@ -46,14 +50,15 @@ void add_sample(const StoredView& view, const glm::dvec3& world, std::uint32_t v
       {vertex & 0x7fffffffu, view.mask->at_rim(pixel) ? 1u : 0u, rgb[0], rgb[1], rgb[2], view.mask->validity[pixel]});
 }
 
-// In ascending order of the vertices.
-std::vector<VertexSample> samples_of(const StoredView& view, const Mesh& mesh) {
-  const std::size_t vertices = mesh.positions.size();
+// The vertices at `positions` from `first` on, in ascending order.
+std::vector<VertexSample> samples_of(const StoredView& view, std::span<const glm::vec3> positions,
+                                     std::size_t first = 0) {
+  const std::size_t vertices = positions.size() - first;
   std::vector<std::vector<VertexSample>> parts((vertices + kVertexBlock - 1) / kVertexBlock);
   tbb::parallel_for(std::size_t{0}, parts.size(), [&](std::size_t part) {
     const std::size_t end = std::min((part + 1) * kVertexBlock, vertices);
     for (std::size_t vertex = part * kVertexBlock; vertex < end; ++vertex) {
-      add_sample(view, glm::dvec3(mesh.positions[vertex]), static_cast<std::uint32_t>(vertex), parts[part]);
+      add_sample(view, glm::dvec3(positions[first + vertex]), static_cast<std::uint32_t>(first + vertex), parts[part]);
     }
   });
   std::size_t count = 0;
@@ -116,6 +121,43 @@ std::vector<glm::vec4> light_of_all(const std::vector<ColorSum>& sums) {
   return light;
 }
 
+// Finds positions by their coordinates.
+class PositionTable {
+ public:
+  // Takes those numbered in `used`, the first of equal ones. `positions` must outlive this.
+  PositionTable(const std::vector<glm::vec3>& positions, const std::vector<std::uint32_t>& used)
+      : positions_(positions), entries_(std::bit_ceil(2 * used.size() + 1), kEmpty) {
+    for (const std::uint32_t number : used) {
+      std::size_t entry = first_entry(positions[number]);
+      while (entries_[entry] != kEmpty && positions_[entries_[entry]] != positions[number]) entry = next(entry);
+      if (entries_[entry] == kEmpty) entries_[entry] = number;
+    }
+  }
+
+  static constexpr std::uint32_t kEmpty = std::numeric_limits<std::uint32_t>::max();
+  // Returns the number of the one that is there, or kEmpty.
+  [[nodiscard]] std::uint32_t find(const glm::vec3& position) const {
+    std::size_t entry = first_entry(position);
+    while (entries_[entry] != kEmpty && positions_[entries_[entry]] != position) entry = next(entry);
+    return entries_[entry];
+  }
+
+ private:
+  [[nodiscard]] std::size_t next(std::size_t entry) const { return (entry + 1) & (entries_.size() - 1); }
+  [[nodiscard]] std::size_t first_entry(const glm::vec3& position) const {
+    std::uint64_t hash = 0;
+    for (int axis = 0; axis < 3; ++axis) {
+      hash ^= std::bit_cast<std::uint32_t>(position[axis] + 0.0F);  // -0 and 0 are one position
+      hash *= 0x9e3779b97f4a7c15ull;
+      hash ^= hash >> 32U;
+    }
+    return hash & (entries_.size() - 1);
+  }
+
+  const std::vector<glm::vec3>& positions_;
+  std::vector<std::uint32_t> entries_;
+};
+
 // The colour of a vertex that no view has coloured.
 glm::u8vec3 own_color(const Mesh& mesh, std::size_t vertex) {
   return mesh.colors.empty() ? glm::u8vec3(kMidGrey) : mesh.colors[vertex];
@@ -128,7 +170,7 @@ VertexColorMean::VertexColorMean(const Mesh& mesh) : mesh_(mesh), sums_(mesh.pos
 void VertexColorMean::add(const StoredView& view, const glm::dvec3& gain) {
   check(view);
   const SampleWeights weights(gain);
-  for (const VertexSample& sample : samples_of(view, mesh_)) sums_[sample.vertex] += weights(sample);
+  for (const VertexSample& sample : samples_of(view, mesh_.positions)) sums_[sample.vertex] += weights(sample);
 }
 
 std::vector<glm::u8vec3> VertexColorMean::colors() const {
@@ -176,20 +218,11 @@ std::uint64_t VertexColors::samples_counted() const {
 
 void VertexColors::update(const std::shared_ptr<const Surface>& surface,
                           std::span<const std::shared_ptr<const StoredView>> views, std::span<const glm::dvec3> gains) {
-  if (surface != surface_) {
-    const bool only_moved = surface_ && surface_->mesh.positions.size() == surface->mesh.positions.size() &&
-                            surface_->mesh.faces == surface->mesh.faces &&
-                            surface_->mesh.colors == surface->mesh.colors;
-    if (only_moved) {
-      move_vertices(surface->mesh, views);
-      surface_ = surface;
-    } else {
-      begin(surface);
-    }
-  }
+  if (surface != surface_ && !take_over(surface, views)) begin(surface);
   follow(views, gains);
   if (!any_changed_) return;
-  const auto colors = colors_ ? std::make_shared<Colors>(*colors_) : std::make_shared<Colors>(sums_.size());
+  const auto colors = std::make_shared<Colors>(place_of_vertex_.size());
+  if (colors_) *colors = *colors_;
   color_changed(*colors);
   if (surface_->mesh.colors.empty()) spread(*colors);
   std::fill(changed_.begin(), changed_.end(), std::uint8_t{0});
@@ -201,7 +234,11 @@ void VertexColors::begin(const std::shared_ptr<const Surface>& surface) {
   const std::size_t vertices = surface->mesh.positions.size();
   surface_.reset();
   shown_.clear();
+  places_ = surface->mesh.positions;
+  place_of_vertex_.resize(vertices);
+  std::iota(place_of_vertex_.begin(), place_of_vertex_.end(), 0U);
   sums_.assign(vertices, ColorSum(0));
+  sum_colors_.assign(vertices, glm::u8vec3(0));
   changed_.assign(vertices, 1);
   any_changed_ = true;
   spread_.clear();
@@ -210,31 +247,47 @@ void VertexColors::begin(const std::shared_ptr<const Surface>& surface) {
   surface_ = surface;
 }
 
-// Views that have changed too are projected as a whole afterwards: see follow().
-void VertexColors::move_vertices(const Mesh& mesh, std::span<const std::shared_ptr<const StoredView>> views) {
-  std::vector<std::uint32_t> moved;
-  for (std::uint32_t vertex = 0; vertex < mesh.positions.size(); ++vertex) {
-    if (mesh.positions[vertex] != surface_->mesh.positions[vertex]) moved.push_back(vertex);
-  }
-  for (std::size_t slot = 0; slot < std::min(shown_.size(), views.size()); ++slot) {
-    if (views[slot] && is_of(shown_[slot], views[slot])) sample_again(shown_[slot], *views[slot], mesh, moved);
-  }
-}
-
-// `vertices` ascend.
-void VertexColors::sample_again(Shown& shown, const StoredView& view, const Mesh& mesh,
-                                std::span<const std::uint32_t> vertices) {
-  std::vector<VertexSample> before, stay, now, all;
-  std::partition_copy(shown.samples.begin(), shown.samples.end(), std::back_inserter(before), std::back_inserter(stay),
-                      [&](const VertexSample& sample) {
-                        return std::binary_search(vertices.begin(), vertices.end(), std::uint32_t{sample.vertex});
+// Keeps the sums of vertices at the same places, and projects the others. Views that have changed too are projected
+// as a whole afterwards: see follow(). Returns false where most places have gone.
+bool VertexColors::take_over(const std::shared_ptr<const Surface>& surface,
+                             std::span<const std::shared_ptr<const StoredView>> views) {
+  if (!surface_) return false;
+  const std::vector<glm::vec3>& positions = surface->mesh.positions;
+  std::vector<std::uint32_t> places(positions.size());
+  {
+    const PositionTable known(places_, place_of_vertex_);
+    tbb::parallel_for(tbb::blocked_range<std::size_t>(0, positions.size(), kVertexBlock),
+                      [&](const tbb::blocked_range<std::size_t>& range) {
+                        for (std::size_t vertex = range.begin(); vertex != range.end(); ++vertex) {
+                          places[vertex] = known.find(positions[vertex]);
+                        }
                       });
-  for (const std::uint32_t vertex : vertices) add_sample(view, glm::dvec3(mesh.positions[vertex]), vertex, now);
-  count(before, shown.gain, Count::take_away);
-  count(now, shown.gain, Count::add);
-  std::merge(stay.begin(), stay.end(), now.begin(), now.end(), std::back_inserter(all),
-             [](const VertexSample& a, const VertexSample& b) { return a.vertex < b.vertex; });
-  shown.samples = std::move(all);
+  }
+  const auto fresh = static_cast<std::size_t>(std::count(places.begin(), places.end(), PositionTable::kEmpty));
+  if (fresh > positions.size() / 2 || places_.size() + fresh > 2 * positions.size()) return false;
+  const std::size_t first = places_.size();
+  for (std::size_t vertex = 0; vertex < places.size(); ++vertex) {
+    if (places[vertex] != PositionTable::kEmpty) continue;
+    places[vertex] = static_cast<std::uint32_t>(places_.size());
+    places_.push_back(positions[vertex]);
+  }
+  place_of_vertex_ = std::move(places);
+  sums_.resize(places_.size(), ColorSum(0));
+  sum_colors_.resize(places_.size(), glm::u8vec3(0));
+  changed_.resize(places_.size(), 1);
+  any_changed_ = true;
+  spread_.clear();
+  colors_.reset();
+  faces_.reset();
+  surface_ = surface;
+  for (std::size_t slot = 0; slot < std::min(shown_.size(), views.size()); ++slot) {
+    Shown& shown = shown_[slot];
+    if (!views[slot] || !is_of(shown, views[slot])) continue;
+    const std::vector<VertexSample> more = samples_of(*views[slot], places_, first);
+    count(more, shown.gain, Count::add);
+    shown.samples.insert(shown.samples.end(), more.begin(), more.end());
+  }
+  return true;
 }
 
 bool VertexColors::is_of(const Shown& shown, const std::shared_ptr<const StoredView>& view) {
@@ -250,7 +303,7 @@ void VertexColors::follow(std::span<const std::shared_ptr<const StoredView>> vie
     if (same_view && (!views[slot] || shown.gain == gains[slot])) continue;
     count(shown.samples, shown.gain, Count::take_away);
     if (!same_view) {
-      shown.samples = views[slot] ? samples_of(*views[slot], surface_->mesh) : std::vector<VertexSample>{};
+      shown.samples = views[slot] ? samples_of(*views[slot], places_) : std::vector<VertexSample>{};
       shown.view = views[slot];
     }
     shown.gain = gains[slot];
@@ -275,34 +328,50 @@ void VertexColors::count(std::span<const VertexSample> samples, const glm::dvec3
   any_changed_ = true;
 }
 
-void VertexColors::color_changed(Colors& colors) const {
+void VertexColors::color_changed(Colors& colors) {
   tbb::parallel_for(tbb::blocked_range<std::size_t>(0, sums_.size(), kVertexBlock),
                     [&](const tbb::blocked_range<std::size_t>& range) {
+                      for (std::size_t place = range.begin(); place != range.end(); ++place) {
+                        if (changed_[place] != 0 && sums_[place].w > 0) sum_colors_[place] = srgb_of(sums_[place]);
+                      }
+                    });
+  const bool all = !colors_;
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, colors.size(), kVertexBlock),
+                    [&](const tbb::blocked_range<std::size_t>& range) {
                       for (std::size_t vertex = range.begin(); vertex != range.end(); ++vertex) {
-                        if (changed_[vertex] == 0) continue;
-                        colors[vertex] =
-                            sums_[vertex].w > 0 ? srgb_of(sums_[vertex]) : own_color(surface_->mesh, vertex);
+                        const std::uint32_t place = place_of_vertex_[vertex];
+                        if (!all && changed_[place] == 0) continue;
+                        colors[vertex] = sums_[place].w > 0 ? sum_colors_[place] : own_color(surface_->mesh, vertex);
                       }
                     });
 }
 
+std::vector<glm::vec4> VertexColors::light() const {
+  std::vector<glm::vec4> light(place_of_vertex_.size());
+  std::transform(place_of_vertex_.begin(), place_of_vertex_.end(), light.begin(),
+                 [&](std::uint32_t place) { return light_of(sums_[place]); });
+  return light;
+}
+
 // Colours the vertices that no view shows. Changes only those to which another colour than before has spread.
 void VertexColors::spread(Colors& colors) {
-  const auto has_none = [](const auto& sum) { return !(sum.w > 0); };
-  if (std::none_of(sums_.begin(), sums_.end(), has_none)) {
+  const auto has_none = [this](std::uint32_t place) { return !(sums_[place].w > 0); };
+  if (std::none_of(place_of_vertex_.begin(), place_of_vertex_.end(), has_none)) {
     spread_.clear();
     return;
   }
-  if (!faces_) faces_.emplace(sums_.size(), surface_->mesh.faces);
-  const std::vector<glm::vec4> last = std::exchange(spread_, light_of_all(sums_));
+  if (!faces_) faces_.emplace(place_of_vertex_.size(), surface_->mesh.faces);
+  const std::vector<glm::vec4> last = std::exchange(spread_, light());
   lumatlas::spread(surface_->mesh.faces, *faces_, spread_);
-  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, sums_.size(), kVertexBlock),
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, colors.size(), kVertexBlock),
                     [&](const tbb::blocked_range<std::size_t>& range) {
                       for (std::size_t vertex = range.begin(); vertex != range.end(); ++vertex) {
-                        if (!has_none(sums_[vertex])) continue;
-                        const bool stays = changed_[vertex] == 0 && !last.empty() && last[vertex] == spread_[vertex];
+                        const std::uint32_t place = place_of_vertex_[vertex];
+                        if (!has_none(place)) continue;
+                        const bool stays =
+                            colors_ && changed_[place] == 0 && !last.empty() && last[vertex] == spread_[vertex];
                         if (stays) continue;
-                        colors[vertex] = has_none(spread_[vertex]) ? glm::u8vec3(kMidGrey) : srgb_of(spread_[vertex]);
+                        colors[vertex] = spread_[vertex].w > 0 ? srgb_of(spread_[vertex]) : glm::u8vec3(kMidGrey);
                       }
                     });
 }

@@ -54,8 +54,8 @@ struct VertexSample {
 
 // The same colours, to the bit, as a VertexColorMean to which all views were added, for a store that changes: a view is
 // projected onto the vertices once, and 8 bytes are kept for each that it shows. A view that comes, goes or has another
-// gain is added to the sums, or subtracted from them, and no other view is looked at. Where vertices have moved and the
-// faces between them are the same, those vertices alone are projected again. Every call is safe from any thread.
+// gain is added to the sums, or subtracted from them, and no other view is looked at. Of another surface only vertices
+// are projected where there was none before. Every call is safe from any thread.
 class VertexColors {
  public:
   using Colors = std::vector<glm::u8vec3>;  // sRGB, one per vertex
@@ -75,26 +75,32 @@ class VertexColors {
   struct Shown {
     std::weak_ptr<const StoredView> view;  // which it is; a view that has left the store is not kept alive
     glm::dvec3 gain{1};
-    std::vector<VertexSample> samples;  // ascending by vertex
+    std::vector<VertexSample> samples;  // of places
   };
 
   [[nodiscard]] static bool is_of(const Shown& shown, const std::shared_ptr<const StoredView>& view);
   void begin(const std::shared_ptr<const Surface>& surface);
-  void move_vertices(const Mesh& mesh, std::span<const std::shared_ptr<const StoredView>> views);
-  void sample_again(Shown& shown, const StoredView& view, const Mesh& mesh, std::span<const std::uint32_t> vertices);
+  [[nodiscard]] bool take_over(const std::shared_ptr<const Surface>& surface,
+                               std::span<const std::shared_ptr<const StoredView>> views);
   void update(const std::shared_ptr<const Surface>& surface, std::span<const std::shared_ptr<const StoredView>> views,
               std::span<const glm::dvec3> gains);
   void follow(std::span<const std::shared_ptr<const StoredView>> views, std::span<const glm::dvec3> gains);
   enum class Count { add, take_away };
   void count(std::span<const VertexSample> samples, const glm::dvec3& gain, Count how);
-  void color_changed(Colors& colors) const;
+  [[nodiscard]] std::vector<glm::vec4> light() const;
+  void color_changed(Colors& colors);
   void spread(Colors& colors);
 
   mutable std::mutex mutex_;                // guards all that follows
   std::shared_ptr<const Surface> surface_;  // null: nothing below is of use
   std::vector<Shown> shown_;                // one per view slot
-  std::vector<ColorSum> sums_;              // one per vertex
-  std::vector<std::uint8_t> changed_;       // one per vertex: 1 if its sum has changed
+  // Sums belong to places, so that a vertex that stays keeps them under another number. A place that no vertex has any
+  // more is not used again, and goes when all begins anew.
+  std::vector<glm::vec3> places_;
+  std::vector<std::uint32_t> place_of_vertex_;
+  std::vector<ColorSum> sums_;           // one per place
+  std::vector<std::uint8_t> changed_;    // one per place: 1 if its sum has changed
+  std::vector<glm::u8vec3> sum_colors_;  // one per place: of its sum
   bool any_changed_ = false;
   std::vector<glm::vec4> spread_;  // one per vertex: weighted linear colour and weight, with colours that were spread
   std::shared_ptr<const Colors> colors_;  // null: none were made of this surface

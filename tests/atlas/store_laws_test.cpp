@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The laws of the store: what any way to build one must keep.
+#include <algorithm>
 #include <atomic>
 #include <catch2/catch.hpp>
 #include <chrono>
 #include <cstdlib>
 #include <functional>
+#include <glm/vec3.hpp>
 #include <new>
 #include <thread>
 #include <utility>
@@ -347,6 +349,36 @@ TEST_CASE("a snapshot costs what has changed: where a vertex moved, samples of t
   CHECK(*colors.of(moved, views, gains) == *anew.of(moved, views, gains));
   const auto other = wall_and_panel(2);
   CHECK(*colors.of(other, views, gains) == *anew.of(other, views, gains));
+}
+
+TEST_CASE("a snapshot costs what has changed: of a surface that has grown, samples of the vertices at new places") {
+  constexpr std::size_t kViews = 5;
+  const auto surface = wall_and_panel(kCells);
+  std::vector<std::shared_ptr<const StoredView>> views;
+  const std::vector<glm::dvec3> gains(kViews, glm::dvec3(1));
+  for (ViewSlot slot{0}; slot < kViews; ++slot) {
+    views.push_back(std::make_shared<const StoredView>(small_view(*surface, "a", slot)));
+  }
+  VertexColors colors;
+  (void)colors.of(surface, views, gains);
+  const auto next = std::make_shared<Surface>(*surface);
+  std::vector<glm::vec3>& positions = next->mesh.positions;
+  const auto last = static_cast<std::uint32_t>(positions.size() - 1);
+  for (int version = 0; version < 40; ++version) {
+    // Vertices have other numbers each time, one is at another place, and one face less is there.
+    std::reverse(positions.begin(), positions.end());
+    for (glm::uvec3& face : next->mesh.faces) face = glm::uvec3(last) - face;
+    positions[static_cast<std::size_t>(version) % positions.size()].y += 0.25F;
+    if (next->mesh.faces.size() > 2) next->mesh.faces.pop_back();
+    if (version == 20) views[3].reset();
+    if (version == 25) views[3] = std::make_shared<const StoredView>(small_view(*surface, "b", 9));
+    const std::uint64_t counted = colors.samples_counted();
+    const auto now = std::make_shared<const Surface>(*next);
+    const auto followed = colors.of(now, views, gains);
+    if (version < 5) CHECK(colors.samples_counted() - counted <= kViews);
+    VertexColors anew;
+    CHECK(*followed == *anew.of(now, views, gains));
+  }
 }
 
 // Returns the bytes of a view in memory.
