@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "blend/tables/fade_zone_shares.h"
 
+#include <tbb/blocked_range.h>
 #include <tbb/enumerable_thread_specific.h>
 #include <tbb/parallel_for.h>
 
 #include <algorithm>
+#include <array>
 #include <atomic>
 #include <cmath>
 #include <glm/glm.hpp>
@@ -262,12 +264,27 @@ std::uint32_t least_sharing(const glm::uvec3& face, const VertexShares& shares, 
       ->first;
 }
 
+// Returns whether more than kCellsPerZone cells share a face.
+bool is_overfull(const glm::uvec3& face, const VertexShares& shares) {
+  // Most faces have few shares in all, which need not be told apart.
+  if (shares[face.x].size() + shares[face.y].size() + shares[face.z].size() <= kCellsPerZone) return false;
+  std::array<CellId, kCellsPerZone> cells;
+  std::size_t count = 0;
+  for (int corner = 0; corner < 3; ++corner) {
+    for (const Share& share : shares[face[corner]]) {
+      const auto end = cells.begin() + static_cast<std::ptrdiff_t>(count);
+      if (std::find(cells.begin(), end, share.cell) != end) continue;
+      if (count == kCellsPerZone) return true;
+      cells.at(count++) = share.cell;
+    }
+  }
+  return false;
+}
+
 std::vector<glm::uvec3> overfull_faces(const Mesh& mesh, const VertexShares& shares) {
   std::vector<std::pair<glm::dvec3, glm::uvec3>> found;  // with three times their centroids
   for (const glm::uvec3& face : mesh.faces) {
-    // Most faces have few shares in all, which need not be told apart.
-    if (shares[face.x].size() + shares[face.y].size() + shares[face.z].size() <= kCellsPerZone) continue;
-    if (cells_at_face(face, shares).size() <= kCellsPerZone) continue;
+    if (!is_overfull(face, shares)) continue;
     found.emplace_back(
         glm::dvec3(mesh.positions[face.x]) + glm::dvec3(mesh.positions[face.y]) + glm::dvec3(mesh.positions[face.z]),
         face);
@@ -371,14 +388,26 @@ CellShares share_cells(const Surface& surface, double width) {
   limit_cells(joined, vertices);
   for (std::vector<Share>& shares : vertices) normalize(shares);
   CellShares result;
+  std::vector<CellShares::Zone> zones(mesh.faces.size());
+  result.corners.resize(mesh.faces.size());
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, mesh.faces.size(), 1024), [&](const auto& range) {
+    for (std::size_t i = range.begin(); i < range.end(); ++i) {
+      const glm::uvec3& face = mesh.faces[i];
+      zones[i] = zone_of(face, vertices);
+      result.corners[i] = {in_order_of(zones[i], vertices[face.x]), in_order_of(zones[i], vertices[face.y]),
+                           in_order_of(zones[i], vertices[face.z])};
+    }
+  });
   std::map<CellShares::Zone, std::uint32_t> numbers;
-  for (const glm::uvec3& face : mesh.faces) {
-    const CellShares::Zone zone = zone_of(face, vertices);
-    const auto [entry, added] = numbers.emplace(zone, static_cast<std::uint32_t>(result.zones.size()));
-    if (added) result.zones.push_back(zone);
+  result.zone_of_face.reserve(zones.size());
+  for (std::size_t face = 0; face < zones.size(); ++face) {
+    if (face > 0 && zones[face] == zones[face - 1]) {
+      result.zone_of_face.push_back(result.zone_of_face.back());
+      continue;
+    }
+    const auto [entry, added] = numbers.emplace(zones[face], static_cast<std::uint32_t>(result.zones.size()));
+    if (added) result.zones.push_back(zones[face]);
     result.zone_of_face.push_back(entry->second);
-    result.corners.push_back({in_order_of(zone, vertices[face.x]), in_order_of(zone, vertices[face.y]),
-                              in_order_of(zone, vertices[face.z])});
   }
   return result;
 }

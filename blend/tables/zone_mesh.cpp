@@ -39,6 +39,11 @@ std::vector<std::uint32_t> zones_of_faces(const std::vector<CellId>& cell_of_fac
   std::vector<std::uint32_t> zones;
   zones.reserve(cell_of_face.size());
   for (std::size_t face = 0; face < cell_of_face.size(); ++face) {
+    if (face > 0 && shares.zone_of_face[face] == shares.zone_of_face[face - 1] &&
+        cell_of_face[face] == cell_of_face[face - 1]) {
+      zones.push_back(zones.back());
+      continue;
+    }
     const auto [entry, added] = numbers.emplace(std::pair(shares.zone_of_face[face], cell_of_face[face]),
                                                 static_cast<std::uint32_t>(known.cell.size()));
     if (added) {
