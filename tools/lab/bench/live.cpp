@@ -15,6 +15,8 @@
 #include <vector>
 
 #include "atlas/atlas.h"
+#include "blend/gl/egl_context.h"
+#include "blend/renderer.h"
 #include "planner/geometry_follower.h"
 #include "planner/planner.h"
 #include "planner/tile_choice.h"
@@ -27,6 +29,8 @@
 namespace lumatlas {
 
 namespace {
+
+constexpr std::uint32_t kDrawnPixels = 320;  // longest side of the pictures
 
 struct LiveBenchFlags {
   std::filesystem::path folder;
@@ -59,8 +63,8 @@ Camera shifted(Camera camera, double by) {
 
 struct Steps {
   GrowingTimes growing;
-  double fusing = 0, taking = 0, counting = 0;  // ms
-  double changed = 0;                           // share of the cells
+  double fusing = 0, taking = 0, counting = 0, snapshot = 0, loading = 0, drawing = 0;  // ms
+  double changed = 0;                                                                   // share of the cells
 };
 
 class Bench {
@@ -82,6 +86,11 @@ class Bench {
       const SceneView& view = stream.scene.views[i];
       (void)planner_->offer(view.name, view.camera, [&view] { return load_photograph(view); });
     }
+    camera_ = stream.scene.views.front().camera.shrunk_to(kDrawnPixels);
+    for (int picture = 0; picture < 2; ++picture) {  // cells of the first surface are joined
+      renderer_.load(atlas_->snapshot());
+      (void)renderer_.render(camera_, {});
+    }
   }
 
   // Moves a part of the surface by half a voxel, and takes it over.
@@ -101,6 +110,15 @@ class Bench {
     start = std::chrono::steady_clock::now();
     const LiveCoverage coverage(planner_->store(), 24, planner_options_);
     steps.counting = ms_of(start);
+    start = std::chrono::steady_clock::now();
+    const Snapshot snapshot = atlas_->snapshot();
+    steps.snapshot = ms_of(start);
+    start = std::chrono::steady_clock::now();
+    renderer_.load(snapshot);
+    steps.loading = ms_of(start);
+    start = std::chrono::steady_clock::now();
+    (void)renderer_.render(camera_, {});
+    steps.drawing = ms_of(start);
     const auto changed = std::count(next.changed.begin(), next.changed.end(), 1);
     steps.changed = static_cast<double>(changed) / static_cast<double>(next.changed.size());
     std::swap(grown_, next);
@@ -130,21 +148,24 @@ class Bench {
   PlannerOptions planner_options_;
   std::unique_ptr<Atlas> atlas_;
   std::unique_ptr<Planner> planner_;
+  EglContext context_;
+  Renderer renderer_;
+  Camera camera_;  // of the pictures
 };
 
 void run(const LiveBenchFlags& flags) {
   const CapturedStream stream = read_captured_stream(flags.folder, {}, std::nullopt, 10);
   std::cout
       << "| faces | cells changed | fusing again | cutting | repair | matching | cells | tree | store | coverage | "
-         "all, ms |\n|---|---|---|---|---|---|---|---|---|---|---|\n"
+         "snapshot | loading | drawing | all, ms |\n|---|---|---|---|---|---|---|---|---|---|---|---|---|---|\n"
       << std::fixed;
   for (const double voxel : flags.voxels) {
     Bench bench(stream, flags, voxel);
     for (std::uint32_t round = 0; round < flags.repeats; ++round) {
       const Steps steps = bench.change(static_cast<int>(round));
       const GrowingTimes& t = steps.growing;
-      const std::vector<double> ms{steps.fusing, t.cutting, t.repairing,  t.matching,
-                                   t.cells,      t.tree,    steps.taking, steps.counting};
+      const std::vector<double> ms{steps.fusing, t.cutting,      t.repairing,    t.matching,    t.cells,      t.tree,
+                                   steps.taking, steps.counting, steps.snapshot, steps.loading, steps.drawing};
       double all = 0;
       std::cout << "| " << bench.faces() << " | " << std::setprecision(1) << 100 * steps.changed << " %";
       for (const double step : ms) {

@@ -3,6 +3,8 @@
 // while a viewer draws. Tells how long it takes until the stored views are consistent, until all depth images are fused
 // at their new poses, and until snapshots have the surface that is made of them; and the viewer's frames meanwhile,
 // against those before. A table in Markdown goes to stdout; exit status as of lumatlas itself.
+#include <tbb/task_arena.h>
+
 #include <algorithm>
 #include <atomic>
 #include <chrono>
@@ -15,15 +17,18 @@
 #include <iostream>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
 #include <thread>
 #include <utility>
 #include <vector>
 
 #include "blend/gl/egl_context.h"
+#include "blend/next_snapshot.h"
 #include "blend/renderer.h"
 #include "mesh/base/errors.h"
 #include "mesh/base/median.h"
+#include "mesh/base/thread_priority.h"
 #include "tools/lab/bench/program.h"
 #include "tools/live/live_model.h"
 #include "tools/live/playback/captured_stream.h"
@@ -34,6 +39,8 @@ namespace lumatlas {
 namespace {
 
 using Clock = std::chrono::steady_clock;
+
+constexpr double kUploadMs = 4;  // of each of the viewer's frames, for the next snapshot
 
 struct ClosureFlags {
   std::filesystem::path folder;
@@ -62,7 +69,7 @@ class Viewer {
   struct Frame {
     Clock::time_point start, end;
     double snapshot_ms = 0;  // the call for the model as it is now
-    double load_ms = 0;      // its copy to the renderer
+    double load_ms = 0;      // of its way to the renderer, in this frame
   };
 
   Viewer(const LiveModel& live, const Camera& camera)
@@ -97,18 +104,46 @@ class Viewer {
   void watch() {
     const EglContext context;
     Renderer renderer;
-    while (!ended_) {
-      Frame frame;
-      frame.start = Clock::now();
-      const std::shared_ptr<const Snapshot> now = live_.snapshot();
-      const Clock::time_point taken = Clock::now();
-      frame.snapshot_ms = ms_between(frame.start, taken);
-      renderer.load(*now);
-      frame.load_ms = ms_between(taken, Clock::now());
-      (void)renderer.render(camera_, {});
-      frame.end = Clock::now();
-      frames_.push_back(frame);
-      drew_ = true;
+    renderer.load(*live_.snapshot());
+    std::optional<NextSnapshot> next;  // that is on its way to the renderer
+    std::thread preparing;
+    const auto end_preparing = [&] {
+      if (next) next->cancel();
+      if (preparing.joinable()) preparing.join();
+    };
+    try {
+      while (!ended_) {
+        Frame frame;
+        frame.start = Clock::now();
+        if (!next) {
+          next = renderer.begin(*live_.snapshot(), {});
+          preparing = std::thread([preparation = *next]() mutable { prepare(preparation); });
+        }
+        const Clock::time_point taken = Clock::now();
+        frame.snapshot_ms = ms_between(frame.start, taken);
+        const bool is_whole = renderer.upload(kUploadMs);
+        frame.load_ms = ms_between(taken, Clock::now());
+        (void)renderer.render(camera_, {});
+        frame.end = Clock::now();
+        frames_.push_back(frame);
+        drew_ = true;
+        if (!is_whole) continue;
+        preparing.join();
+        next.reset();
+      }
+    } catch (...) {
+      end_preparing();
+      throw;
+    }
+    end_preparing();
+  }
+
+  // Gives way to the thread that draws. upload() throws what this thread cannot.
+  static void prepare(NextSnapshot& next) {
+    lower_thread_priority();
+    try {
+      tbb::task_arena(1).execute([&] { next.prepare(); });
+    } catch (const std::exception&) {  // NOLINT(bugprone-empty-catch)
     }
   }
 
@@ -202,7 +237,7 @@ void run(const ClosureFlags& flags) {
   const std::vector<Viewer::Frame> frames = viewer.frames();
   std::cout << std::fixed << std::setprecision(1) << "move_views() of " << fed.held << " views and " << fed.fusion.count
             << " depth images, " << fed.faces << " faces: " << call_ms << " ms\n\n"
-            << "| viewer's frames | seconds | frames | median, ms | longest | longest snapshot() | longest load() |\n"
+            << "| viewer's frames | seconds | frames | median, ms | longest | longest snapshot() | longest upload() |\n"
                "|---|---|---|---|---|---|---|\n";
   print_row("before", ms_between(start, closed) / 1000, frames, start, closed);
   print_row("until the views are consistent", ms_between(closed, consistent) / 1000, frames, closed, consistent);
