@@ -108,8 +108,30 @@ class FacesByCorner {
   std::vector<std::uint32_t> end_, faces_;
 };
 
-bool is_turned(const glm::uvec3& a, const glm::uvec3& b) {
-  return a == b || a == glm::uvec3(b.y, b.z, b.x) || a == glm::uvec3(b.z, b.x, b.y);
+// The face turned so that its lowest corner comes first: its other corners, and its number.
+struct TurnedFace {
+  std::uint32_t second, third, face;
+  [[nodiscard]] auto corners() const { return std::tie(second, third); }
+  bool operator<(const TurnedFace& other) const {
+    return std::tie(second, third, face) < std::tie(other.second, other.third, other.face);
+  }
+};
+
+// Sorted, so that faces with the same corners keep their order.
+std::vector<TurnedFace> turned_faces(std::span<const std::uint32_t> of_corner, const std::vector<glm::uvec3>& faces) {
+  std::vector<TurnedFace> turned;
+  for (const std::uint32_t face : of_corner) {
+    const glm::uvec3& f = faces[face];
+    if (f.x <= f.y && f.x <= f.z) {
+      turned.push_back({f.y, f.z, face});
+    } else if (f.y <= f.z) {
+      turned.push_back({f.z, f.x, face});
+    } else {
+      turned.push_back({f.x, f.y, face});
+    }
+  }
+  std::sort(turned.begin(), turned.end());
+  return turned;
 }
 
 // Returns for each face the one before that it was, by the corners that it had then.
@@ -117,14 +139,17 @@ std::vector<FaceId> faces_that_were(const std::vector<glm::uvec3>& before, std::
                                     const std::vector<glm::uvec3>& corners_then) {
   std::vector<FaceId> previous(corners_then.size(), FaceId::none);
   const FacesByCorner old_faces(positions_before, before), new_faces(positions_before, corners_then);
-  std::vector<std::uint8_t> is_taken(before.size(), 0);
   in_parallel(positions_before, [&](std::size_t corner) {
-    for (const std::uint32_t face : new_faces[corner]) {
-      for (const std::uint32_t old_face : old_faces[corner]) {
-        if (is_taken[old_face] != 0 || !is_turned(corners_then[face], before[old_face])) continue;
-        is_taken[old_face] = 1;
-        previous[face] = FaceId(old_face);
-        break;
+    if (new_faces[corner].empty() || old_faces[corner].empty()) return;
+    const std::vector<TurnedFace> now = turned_faces(new_faces[corner], corners_then);
+    const std::vector<TurnedFace> then = turned_faces(old_faces[corner], before);
+    for (auto face = now.begin(), old_face = then.begin(); face != now.end() && old_face != then.end();) {
+      if (face->corners() == old_face->corners()) {
+        previous[(face++)->face] = FaceId((old_face++)->face);
+      } else if (face->corners() < old_face->corners()) {
+        ++face;
+      } else {
+        ++old_face;
       }
     }
   });
@@ -207,7 +232,7 @@ class Step {
     find_faces_before();
     find_points();
     find_dirty_points();
-    if (before_.has_opposed_faces || !repair_near(false)) {
+    if (before_.has_opposed_faces || !keeps_order() || !repair_near(false)) {
       std::fill(dirty_.begin(), dirty_.end(), std::uint8_t{1});
       (void)repair_near(true);
     }
@@ -222,6 +247,17 @@ class Step {
   }
   [[nodiscard]] FaceId face_before(std::size_t face) const {
     return faces_before_.empty() ? FaceId::none : faces_before_[face];
+  }
+  // Returns whether the faces that stay come in the order that they had. Of faces between the same three points the
+  // first one is kept, which may be another one after a change of the order.
+  [[nodiscard]] bool keeps_order() const {
+    std::uint32_t last = 0;
+    for (const FaceId before : faces_before_) {
+      if (before == FaceId::none) continue;
+      if (before < last) return false;
+      last = before;
+    }
+    return true;
   }
   [[nodiscard]] glm::uvec3 points_of(std::size_t face) const {
     const glm::uvec3& corners = soup_.faces[face];

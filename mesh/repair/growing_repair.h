@@ -18,9 +18,9 @@ namespace lumatlas {
 // A version of a soup, without colours, and which of its positions were there in the version before.
 struct GrownSoup {
   TriangleSoup soup;
-  // For each position the one before that it was, which had the same coordinates to the bit; VertexId::none: it is new.
+  // For each position the one before that it was, which had the same coordinates; VertexId::none: it is new.
   // No two name the same. Empty: all are new. A face whose corners were those of a face before, in the same turn, is
-  // that face; faces between the same three positions keep their order.
+  // that face.
   std::vector<VertexId> previous_position;
 };
 
@@ -39,11 +39,13 @@ class GrowingRepair {
 
   // Returns what repair() makes of the soup without an offset, except for the order of the vertices.
   // `previous_position` refers to the soup of the last call that returned. Time: that of repair() for the faces around
-  // positions at which a face came or went, and a small share of that for all others. Where faces turn against each
-  // other, as a soup of several scans may have them, that of repair() for all faces, because which of them are turned
-  // round depends on all. Throws InputError if no face is left, and std::invalid_argument for a soup with colours, with
-  // a face that refers to no position, or with more than 5e8 faces or positions, and unless `previous_position` is
-  // empty or has one entry per position, each a position that was there. This stays as it was then.
+  // positions at which a face came or went, and a small share of that for all others. That of repair() for all faces
+  // where faces turn against each other, as a soup of several scans may have them, because which of them are turned
+  // round depends on all; and where faces that stay have changed their order, because of faces between the same three
+  // points the first one is kept. Throws InputError if no face is left, and std::invalid_argument for a soup with
+  // colours, with a face that refers to no position, or with more than 5e8 faces or positions, and unless
+  // `previous_position` is empty or has one entry per position, each a position that was there. This stays as it was
+  // then.
   [[nodiscard]] GrownMesh next(const GrownSoup& grown);
   // Returns how many faces the last call looked at again.
   [[nodiscard]] std::size_t faces_repaired() const;

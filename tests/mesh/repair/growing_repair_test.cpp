@@ -83,6 +83,7 @@ class ChangingSoup {
       add_random();
       if (below(2) == 0) add_random();
     }
+    if (below(3) == 0) swap_faces();
     const auto is_used = [&](const Position& position) {
       return std::any_of(faces_.begin(), faces_.end(), [&](const Face& face) {
         return std::find(face.corners.begin(), face.corners.end(), position.number) != face.corners.end();
@@ -123,6 +124,10 @@ class ChangingSoup {
   int below(int end) { return std::uniform_int_distribution<int>(0, end - 1)(random_); }
   void add(std::uint32_t a, std::uint32_t b, std::uint32_t c) {
     faces_.push_back({{positions_[a].number, positions_[b].number, positions_[c].number}});
+  }
+  void swap_faces() {
+    const auto any = [&] { return static_cast<std::size_t>(below(static_cast<int>(faces_.size()))); };
+    std::swap(faces_[any()], faces_[any()]);
   }
   void add_random() {
     const auto any = [&] { return static_cast<std::uint32_t>(below(static_cast<int>(positions_.size()))); };
@@ -174,6 +179,37 @@ TEST_CASE("faces that are put anywhere on a sheet, and taken from it, leave it a
   CAPTURE(seed);
   ChangingSoup soup(seed, 7);
   check_versions(soup, 10, 1);
+}
+
+TEST_CASE("of faces between the same points the first one is kept, also after their order has changed") {
+  const bool joined = GENERATE(false, true);
+  CAPTURE(joined);
+  GrownSoup grown;
+  for (int i = 0; i < 5; ++i) grown.soup.positions.emplace_back(i % 2, i / 2, i == 4 ? 1 : 0);
+  for (int i = 0; joined && i < 3; ++i)
+    grown.soup.positions.push_back(grown.soup.positions[static_cast<std::size_t>(i)]);
+  const glm::uvec3 first(0, 1, 2), second = joined ? glm::uvec3(5, 6, 7) : glm::uvec3(0, 2, 1);
+  grown.soup.faces = {first, second};
+  GrowingRepair repairs;
+  (void)repairs.next(grown);
+  grown.soup.faces = {second, first, {0, 3, 4}};
+  for (std::uint32_t i = 0; i < grown.soup.positions.size(); ++i) grown.previous_position.emplace_back(i);
+  CHECK(form_of(repairs.next(grown).mesh) == form_of(repair(grown.soup, glm::dvec3(0)).mesh));
+}
+
+TEST_CASE("faces around one position are found again in time that grows with their number") {
+  constexpr std::uint32_t kFaces = 200'000;
+  GrownSoup fan;
+  fan.soup.positions.emplace_back(0, 0, 0);
+  for (std::uint32_t i = 0; i <= kFaces; ++i) fan.soup.positions.emplace_back(1 + i, i % 7, i % 5);
+  for (std::uint32_t i = 1; i <= kFaces; ++i) fan.soup.faces.emplace_back(0, i, i + 1);
+  GrowingRepair repairs;
+  const std::size_t faces = repairs.next(fan).mesh.faces.size();
+  for (std::uint32_t i = 0; i < fan.soup.positions.size(); ++i) fan.previous_position.emplace_back(i);
+  const GrownMesh again = repairs.next(fan);
+  CHECK(again.mesh.faces.size() == faces);
+  CHECK(repairs.faces_repaired() == 0);
+  for (FaceId face{0}; face < faces; ++face) REQUIRE(again.previous_face[face] == face);
 }
 
 TEST_CASE("only faces around a change are repaired again") {
