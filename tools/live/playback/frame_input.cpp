@@ -18,7 +18,11 @@ FrameSource::Received FrameInput::receive(std::chrono::milliseconds patience) {
   received.ended = ended_;
   if (ended_) return received;
   pollfd waits{descriptor_, POLLIN, 0};
-  if (poll(&waits, 1, static_cast<int>(patience.count())) <= 0) return received;
+  const int ready = poll(&waits, 1, static_cast<int>(patience.count()));
+  if (ready < 0 && errno != EINTR) {
+    throw InputError("the input cannot be waited for: " + std::generic_category().message(errno));
+  }
+  if (ready <= 0) return received;
   received.bytes.resize(kAtOnce);
   const ssize_t count = read(descriptor_, received.bytes.data(), received.bytes.size());
   const int error = errno;

@@ -306,7 +306,7 @@ class Receiver {
 
   Playback receive() {
     while (!ended_ && !(callbacks_.ended && callbacks_.ended())) {
-      take(from_.receive(kLook));
+      take(received());
       if (Clock::now() >= next_tell_) tell();
     }
     tell();
@@ -322,11 +322,25 @@ class Receiver {
   }
 
  private:
+  // What came before an input fails stays.
+  FrameSource::Received received() {
+    try {
+      return from_.receive(kLook);
+    } catch (const InputError& error) {
+      if (!live_) throw;
+      warn(std::string(error.what()) + ": what came before stays");
+      ended_ = true;
+      return {};
+    }
+  }
+
   void take(const FrameSource::Received& received) {
     if (received.opened) reader_ = MessageReader();
     try {
       reader_.add(received.bytes);
-      while (std::optional<LiveMessage> message = reader_.next()) {
+      while (!ended_) {
+        std::optional<LiveMessage> message = reader_.next();
+        if (!message) break;
         std::visit([this](auto& content) { handle(std::move(content)); }, *message);
       }
     } catch (const InputError& error) {

@@ -89,6 +89,8 @@ TEST_CASE("a stream comes through a pipe as it is written, and what follows its 
   std::thread writer([&] {
     StreamBytes bytes = stream_of(6);
     append(bytes, message_bytes('E', {}));
+    append(bytes, room_frame(6));
+    append_text(bytes, "this is no message, and long enough to be read as the head of one");
     for (std::size_t at = 0; at < bytes.size();) {
       const ssize_t written = write(ends[1], bytes.data() + at, std::min<std::size_t>(bytes.size() - at, 10'000));
       if (written <= 0) break;
