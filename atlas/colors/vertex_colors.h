@@ -55,7 +55,7 @@ struct VertexSample {
 // The same colours, to the bit, as a VertexColorMean to which all views were added, for a store that changes: a view is
 // projected onto the vertices once, and 8 bytes are kept for each that it shows. A view that comes, goes or has another
 // gain is added to the sums, or subtracted from them, and no other view is looked at. Of another surface only vertices
-// are projected where there was none before. Every call is safe from any thread.
+// are projected where there was none before, or all where most are new. Every call is safe from any thread.
 class VertexColors {
  public:
   using Colors = std::vector<glm::u8vec3>;  // sRGB, one per vertex
