@@ -64,6 +64,19 @@ bool may_be_asked(const StoredView& view, std::uint32_t x, std::uint32_t y) {
   return false;
 }
 
+// Whether all pixels of the block whose first pixel is (x, y), and those next to it, are wholly valid.
+bool is_whole(const StoredView& view, std::uint32_t x, std::uint32_t y) {
+  constexpr std::uint8_t kWhollyValid = 255;
+  const std::uint32_t end_x = std::min(x + kDepthBlockSide + 1, view.camera.width);
+  const std::uint32_t end_y = std::min(y + kDepthBlockSide + 1, view.camera.height);
+  for (std::uint32_t row = y - std::min(y, 1u); row < end_y; ++row) {
+    for (std::uint32_t column = x - std::min(x, 1u); column < end_x; ++column) {
+      if (view.mask->validity[std::size_t{row} * view.camera.width + column] != kWhollyValid) return false;
+    }
+  }
+  return true;
+}
+
 Pixels pixels_of(const StoredView& view, std::uint32_t x, std::uint32_t y, double scale) {
   Pixels pixels;
   bool any = false;
@@ -256,6 +269,16 @@ DepthBlock packed_pair(Planes planes, const Pixels& pixels) {
   return block;
 }
 
+DepthBlock block_of(const Pixels& pixels) {
+  const Planes one = fitted(pixels);
+  if (one.error <= kFits) return packed(one, pixels);
+  Pixels parted = pixels;
+  const Planes two = two_planes(parted);
+  if (!(two.error < one.error)) return packed(one, pixels);
+  assign(two, parted);
+  return packed_pair(two, parted);
+}
+
 }  // namespace
 
 float depth_scale(const StoredView& view) {
@@ -272,15 +295,11 @@ float depth_scale(const StoredView& view) {
 }
 
 DepthBlock depth_block(const StoredView& view, std::uint32_t x, std::uint32_t y, float scale) {
-  Pixels pixels = pixels_of(view, x, y, static_cast<double>(scale));
+  const Pixels pixels = pixels_of(view, x, y, static_cast<double>(scale));
   if (std::none_of(pixels.begin(), pixels.end(), [](const Pixel& pixel) { return pixel.kept; })) return {};
-  const Planes one = fitted(pixels);
-  if (one.error <= kFits) return packed(one, pixels);
-  Pixels parted = pixels;
-  const Planes two = two_planes(parted);
-  if (!(two.error < one.error)) return packed(one, pixels);
-  assign(two, parted);
-  return packed_pair(two, parted);
+  DepthBlock block = block_of(pixels);
+  if (is_whole(view, x, y)) block[0] |= kWholeBit;
+  return block;
 }
 
 BlockPixel decoded(const DepthBlock& block, std::uint32_t number, float scale) {

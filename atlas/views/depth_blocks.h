@@ -7,11 +7,15 @@
 // of depth_scale(). With (x, y) in pixels from the block's middle, 1 / depth = a (1 + b x + c y), in four words of 32
 // bits, the lowest bits first:
 //
-//   one plane     a in half precision, 16 bits of 0; b, c as 16-bit shares of kMostDepthSlope; a bit a pixel: at a rim
-//   two planes    -a of the nearer, a of the farther in half precision; b, c in 8 bits, the root of their share of
-//                 kMostDepthSlope with their sign; a bit for each 2 x 2 pixels: at a rim; a bit a pixel: the farther
+//   one plane     a in half precision, 15 bits of 0, whole; b, c as 16-bit shares of kMostDepthSlope; a bit a pixel: at
+//                 a rim
+//   two planes    -a of the nearer, a of the farther in half precision, without its sign, whole; b, c in 8 bits, the
+//                 root of their share of kMostDepthSlope with their sign; a bit for each 2 x 2 pixels: at a rim; a bit
+//                 a pixel: the farther
 //
-// Pixels are counted row by row from the top left. A reciprocal of 0 or less is of nothing that hides anything.
+// Pixels are counted row by row from the top left. A reciprocal of 0 or less is of nothing that hides anything. The bit
+// `whole` says that the block's pixels and those next to them are wholly valid, so that the shader need not look up
+// their validity.
 #pragma once
 
 #include <array>
@@ -26,6 +30,7 @@ namespace lumatlas {
 inline constexpr double kMostDepthSlope = 0.125;  // largest b and c, per pixel; steeper slopes are cut to it
 
 using DepthBlock = std::array<std::uint32_t, 4>;
+inline constexpr std::uint32_t kWholeBit = 0x80000000;  // of the first word
 
 // A power of two near the median of the view's depths; 1 if it has none.
 [[nodiscard]] float depth_scale(const StoredView& view);

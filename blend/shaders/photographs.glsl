@@ -34,9 +34,10 @@ float share_of_bits(uint bits) {
 }
 
 // The reciprocal of what a view sees at a pixel, as a share of the reciprocal that its depths are shares of; 0 or less
-// where that is nothing.
-float reciprocal_at(ivec3 pixel, out bool rim) {
+// where that is nothing. `whole`: all pixels around are wholly valid, see atlas/views/depth_blocks.h.
+float reciprocal_at(ivec3 pixel, out bool rim, out bool whole) {
   uvec4 block = texelFetch(depths, ivec3(pixel.xy / DEPTH_BLOCK_SIDE, pixel.z), 0);
+  whole = (block.x & 0x80000000u) != 0u;
   ivec2 at = pixel.xy % DEPTH_BLOCK_SIDE;
   bool two_planes = (block.x & 0x8000u) != 0u;
   bool flagged = ((at.y < DEPTH_BLOCK_SIDE / 2 ? block.z : block.w) >> (at.y % 4 * 8 + at.x) & 1u) != 0u;
@@ -105,12 +106,16 @@ float share_left(uint view, vec3 away, float depth_scale, out bool rim) {
   vec3 texel;
   ivec3 pixel;
   if (!locate(size, image, texel, pixel)) return 0.0;
-  if (depth * reciprocal_at(pixel, rim) > depth_scale * weights.y) return 0.0;
-  float valid = texelFetch(photographs, ivec3(texel), 0).a;
-  if (!(valid > 0.0)) return 0.0;
-  // Beside a rim lie invalid pixels of the surface behind it. Neither side takes anything from the other. Masks are
-  // sampled at the finest level: they rise over several pixels.
-  if (!rim) valid = textureLod(photographs, vec3(texel.xy / vec2(textureSize(photographs, 0).xy), texel.z), 0.0).a;
+  bool whole;
+  if (depth * reciprocal_at(pixel, rim, whole) > depth_scale * weights.y) return 0.0;
+  float valid = 1.0;
+  if (!whole) {
+    valid = texelFetch(photographs, ivec3(texel), 0).a;
+    if (!(valid > 0.0)) return 0.0;
+    // Beside a rim lie invalid pixels of the surface behind it. Neither side takes anything from the other. Masks are
+    // sampled at the finest level: they rise over several pixels.
+    if (!rim) valid = textureLod(photographs, vec3(texel.xy / vec2(textureSize(photographs, 0).xy), texel.z), 0.0).a;
+  }
   return valid * frame_share(image, size.xy, depth);
 }
 

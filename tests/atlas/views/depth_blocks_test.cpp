@@ -95,6 +95,28 @@ TEST_CASE("what is not valid takes nothing from what is, and where nothing is, n
   }
 }
 
+TEST_CASE("a block is whole unless a pixel of it, or next to it, is not wholly valid") {
+  for (const bool step : {false, true}) {
+    const StoredView view = view_of(32, 30, [&](double x, double y) { return aslant(step && x > y ? 4 : 2, x, y); });
+    const float scale = depth_scale(view);
+    for (std::uint32_t row = 0; row < 30; ++row) {
+      for (std::uint32_t column = 0; column < 32; ++column) {
+        StoredView masked = view;
+        own_mask(masked).validity.values()[row * 32 + column] = 254;
+        for (std::uint32_t y = 0; y < 30; y += kDepthBlockSide) {
+          for (std::uint32_t x = 0; x < 32; x += kDepthBlockSide) {
+            const bool near =
+                column + 1 >= x && column <= x + kDepthBlockSide && row + 1 >= y && row <= y + kDepthBlockSide;
+            const DepthBlock block = depth_block(masked, x, y, scale);
+            REQUIRE(((block[0] & kWholeBit) == 0) == near);
+            REQUIRE((block[0] & ~kWholeBit) == (depth_block(view, x, y, scale)[0] & ~kWholeBit));
+          }
+        }
+      }
+    }
+  }
+}
+
 TEST_CASE("a rough surface's depths are shown to its roughness") {
   std::mt19937 random(3);
   std::uniform_real_distribution<double> rough(-0.01, 0.01);

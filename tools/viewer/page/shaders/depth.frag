@@ -18,11 +18,14 @@ const int kSide = DEPTH_BLOCK_SIDE;
 const int kPixels = kSide * kSide;
 const float kFits = 0.002;
 const int kRefinements = 2;
+const int kWhollyValid = 127;
+const uint kWholeBit = 0x80000000u;
 const float kRounding = 1.0 + 1e-6;
 
 float reciprocals[kPixels];  // 1 / depth; 0: no surface
 // A bit a pixel: those that may be asked for, those at rims, and those of the farther plane.
 uvec2 kept, rims, farther;
+bool whole;  // all pixels of the block and those next to it are wholly valid
 
 struct Planes {
   vec2 middle;  // the nearer one's, the farther one's
@@ -50,16 +53,32 @@ ivec2 mask_at(ivec2 pixel) {
   return ivec2(value >> 1, value & 1);
 }
 
-// Marks pixels that are valid, or have a neighbour that is.
+// Returns whether all pixels of the mask in a pixel of the view are.
+bool is_wholly_valid(ivec2 pixel) {
+  ivec2 last = textureSize(mask, 0) - 1;
+  ivec2 from = min(ivec2(vec2(pixel) * pixels + 1e-3), last);
+  ivec2 to = min(ivec2(ceil(vec2(pixel + 1) * pixels - 1e-3)) - 1, last);
+  for (int y = from.y; y <= to.y; ++y) {
+    for (int x = from.x; x <= to.x; ++x) {
+      if (int(texelFetch(mask, ivec2(x, y), 0).x * 255.0 + 0.5) >> 1 != kWhollyValid) return false;
+    }
+  }
+  return true;
+}
+
+// Marks pixels that are valid, or have a neighbour that is, and sets `whole`.
 uvec2 may_be_asked(ivec2 first) {
   uvec2 asked = uvec2(0u);
+  whole = true;
   uint above = 0u, here = 0u;  // rows, with a pixel before and one behind
   for (int y = -1; y <= kSide; ++y) {
     uint row = 0u;
     for (int x = -1; x <= kSide; ++x) {
       ivec2 at = first + ivec2(x, y);
       bool inside = all(greaterThanEqual(at, ivec2(0))) && all(lessThan(at, size));
-      if (inside && mask_at(at).x != 0) row |= 7u << (x + 1);
+      if (!inside) continue;
+      if (mask_at(at).x != 0) row |= 7u << (x + 1);
+      whole = whole && is_wholly_valid(at);
     }
     uint near = (above | here | row) >> 2 & 255u;
     if (y > 0 && y <= kSide / 2) asked.x |= near << kSide * (y - 1);
@@ -224,7 +243,9 @@ void main() {
   if (kept == uvec2(0u)) return;
   Planes one = fitted();
   block = packed_plane(one);
-  if (one.error <= kFits || !split_at_middle()) return;
-  Planes two = two_planes();
-  if (two.error < one.error) block = packed_pair(two);
+  if (one.error > kFits && split_at_middle()) {
+    Planes two = two_planes();
+    if (two.error < one.error) block = packed_pair(two);
+  }
+  if (whole) block.x |= kWholeBit;
 }
