@@ -167,7 +167,8 @@ struct Renderer::State {
 
   RendererOptions steps;
   PassListener listener;
-  bool in_software = false;  // the driver draws so
+  bool in_software = false;   // the driver draws so
+  bool clip_control = false;  // see has_clip_control()
   ShaderPrograms programs;
   GlVertexArray no_vertices;
   GlBuffer picture_block;
@@ -356,7 +357,7 @@ void Renderer::State::draw_surface(const SurfaceTargets& target, std::uint32_t a
   if (!of_middles) glStencilFunc(GL_EQUAL, kSampled, 0xFF);
   glEnable(GL_DEPTH_TEST);
   glDepthFunc(GL_GREATER);
-  if (has_clip_control()) glClipControl(GL_LOWER_LEFT, GL_ZERO_TO_ONE);
+  if (clip_control) set_clip_control(GL_LOWER_LEFT, GL_ZERO_TO_ONE);
   draw_faces(of_middles);
   glDisable(GL_STENCIL_TEST);
   glDisable(GL_DEPTH_TEST);
@@ -584,6 +585,7 @@ Renderer::Renderer(const RendererOptions& steps) : state_(std::make_unique<State
   const GlStateGuard guard;
   state_->steps = steps;
   state_->in_software = draws_in_software();
+  state_->clip_control = has_clip_control();
   GLuint name = 0;
   glGenVertexArrays(1, &name);
   state_->no_vertices = GlVertexArray(name);

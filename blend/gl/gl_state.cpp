@@ -57,7 +57,19 @@ GLenum enum_of(GLint value) {
 
 }  // namespace
 
-GlStateGuard::GlStateGuard() : desktop_(epoxy_is_desktop_gl()) {
+bool has_clip_control() {
+  return epoxy_is_desktop_gl() || epoxy_has_gl_extension("GL_EXT_clip_control");
+}
+
+void set_clip_control(GLenum origin, GLenum depth) {
+  if (epoxy_is_desktop_gl()) {
+    glClipControl(origin, depth);
+  } else {
+    glClipControlEXT(origin, depth);
+  }
+}
+
+GlStateGuard::GlStateGuard() : desktop_(epoxy_is_desktop_gl()), clip_control_(has_clip_control()) {
   for (const GLenum name : kSwitches) switches_.push_back({name, glIsEnabled(name)});
   for (const PixelStore& store : kPixelStores) pixel_stores_.push_back({store.name, number(store.name)});
   glGetBooleanv(GL_DEPTH_WRITEMASK, &depth_mask_);
@@ -91,9 +103,11 @@ GlStateGuard::GlStateGuard() : desktop_(epoxy_is_desktop_gl()) {
   if (desktop_) {
     for (const GLenum name : kDesktopSwitches) switches_.push_back({name, glIsEnabled(name)});
     for (const PixelStore& store : kDesktopPixelStores) pixel_stores_.push_back({store.name, number(store.name)});
+    glGetIntegerv(GL_POLYGON_MODE, polygon_mode_.data());
+  }
+  if (clip_control_) {
     clip_origin_ = number(GL_CLIP_ORIGIN);
     clip_depth_ = number(GL_CLIP_DEPTH_MODE);
-    glGetIntegerv(GL_POLYGON_MODE, polygon_mode_.data());
   }
   note_draw_buffers();
   note_uniform_buffer();
@@ -148,9 +162,9 @@ void GlStateGuard::set_defaults() const {
   for (const PixelStore& store : kPixelStores) glPixelStorei(store.name, store.ours);
   glBindBuffer(GL_PIXEL_PACK_BUFFER, 0);
   glBindBuffer(GL_PIXEL_UNPACK_BUFFER, 0);
+  if (clip_control_) set_clip_control(GL_LOWER_LEFT, GL_NEGATIVE_ONE_TO_ONE);
   if (!desktop_) return;
   for (const PixelStore& store : kDesktopPixelStores) glPixelStorei(store.name, store.ours);
-  glClipControl(GL_LOWER_LEFT, GL_NEGATIVE_ONE_TO_ONE);
   glPolygonMode(GL_FRONT_AND_BACK, GL_FILL);
 }
 
@@ -207,8 +221,8 @@ GlStateGuard::~GlStateGuard() {
   glDepthFunc(enum_of(depth_function_));
   glDepthRangef(depth_range_[0], depth_range_[1]);
   glViewport(viewport_[0], viewport_[1], viewport_[2], viewport_[3]);
+  if (clip_control_) set_clip_control(enum_of(clip_origin_), enum_of(clip_depth_));
   if (!desktop_) return;
-  glClipControl(enum_of(clip_origin_), enum_of(clip_depth_));
   glPolygonMode(GL_FRONT_AND_BACK, enum_of(polygon_mode_[0]));
 }
 

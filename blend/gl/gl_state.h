@@ -14,6 +14,13 @@ namespace lumatlas {
 // Textures are bound to this unit while they are made, so that the shaders keep theirs.
 inline constexpr GLuint kSpareUnit = 15;
 
+// Returns whether a position can set its own depth in the current context, so that hidden fragments are discarded
+// before they are shaded: in desktop OpenGL, and in OpenGL ES with EXT_clip_control. Otherwise the surface's shader
+// writes gl_FragDepth.
+[[nodiscard]] bool has_clip_control();
+// Calls glClipControl, which has another name in OpenGL ES. The context must have it.
+void set_clip_control(GLenum origin, GLenum depth);
+
 // Takes note of the current context's state, sets what drawing and copying here expect, and puts everything back at the
 // end of its life. What OpenGL has by number for several viewports is kept for the first one only.
 class GlStateGuard {
@@ -52,7 +59,7 @@ class GlStateGuard {
   void set_defaults() const;
   void restore_bindings() const;
 
-  bool desktop_;
+  bool desktop_, clip_control_;
   std::vector<Switch> switches_;
   std::vector<Value> pixel_stores_;
   std::vector<Unit> units_;

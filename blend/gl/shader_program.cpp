@@ -12,6 +12,7 @@
 #include "blend/blend_options.h"
 #include "blend/exposure.h"
 #include "blend/geometric_weight.h"
+#include "blend/gl/gl_state.h"
 #include "blend/sampling/footprint.h"
 #include "blend/shaders.h"
 #include "blend/soft_edges.h"
@@ -115,10 +116,6 @@ std::string shared_definitions() {
          definition("TABLE_WIDTH", std::to_string(kTableWidth)) +
          definition("VIEW_TEXELS", std::to_string(kViewTexels)) +
          definition("BLOCK_TEXELS", std::to_string(kBlockTexels));
-}
-
-bool has_clip_control() {
-  return epoxy_is_desktop_gl();
 }
 
 GLuint ShaderPrograms::get(const ProgramKey& key) {

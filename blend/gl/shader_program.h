@@ -53,10 +53,6 @@ enum class TextureUnit : std::uint8_t { photographs, depths, surfaces, zones, ce
 // `#define` lines of the numbers that the shaders have in common with C++, the same for every pass.
 [[nodiscard]] std::string shared_definitions();
 
-// Returns whether a position can set its own depth, so that hidden fragments are discarded before they are shaded.
-// Desktop OpenGL can; OpenGL ES writes gl_FragDepth instead.
-[[nodiscard]] bool has_clip_control();
-
 // The uniform blocks of shaders/picture.glsl and shaders/tables.glsl.
 inline constexpr GLuint kPictureBinding = 0, kViewsBinding = 1;
 inline constexpr std::array kBlockBindings{kPictureBinding, kViewsBinding};

@@ -19,8 +19,7 @@ void main() {
   vec4 world = vec4(position, 1.0);
   vec3 cam = vec3(dot(cam_from_world[0], world), dot(cam_from_world[1], world), dot(cam_from_world[2], world));
   // Clipped where z is below the nearest depth. Depth is reversed and without a far plane, nearest / z, which a float
-  // resolves evenly at every distance. OpenGL ES has no clip control, by which the position could say so: gl_FragDepth
-  // does there.
+  // resolves evenly at every distance. Without clip control, by which the position says so, gl_FragDepth does.
 #ifdef CLIP_CONTROL
   float clip_z = exposure.w;
 #else

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "blend/gl/gl_objects.h"
+#include "blend/gl/gl_state.h"
 #include "blend/renderer.h"
 #include "tests/support/gl_test_context.h"
 #include "tests/support/scenes/small_scenes.h"
@@ -74,9 +75,9 @@ GlState state_now() {
     state["uniform buffer " + std::to_string(binding)] = {indexed};
   }
   if (epoxy_is_desktop_gl()) {
-    state["clip"] = {values(GL_CLIP_ORIGIN)[0], values(GL_CLIP_DEPTH_MODE)[0]};
     state["polygon mode"] = values(GL_POLYGON_MODE);
   }
+  if (has_clip_control()) state["clip"] = {values(GL_CLIP_ORIGIN)[0], values(GL_CLIP_DEPTH_MODE)[0]};
   const GLint active = values(GL_ACTIVE_TEXTURE)[0];
   for (GLuint unit = 0; unit < 16; ++unit) {
     glActiveTexture(GL_TEXTURE0 + unit);
@@ -147,8 +148,8 @@ class Host {
     }
     glActiveTexture(GL_TEXTURE3);
     glBindFramebuffer(GL_FRAMEBUFFER, framebuffer_.get());
+    if (has_clip_control()) set_clip_control(GL_UPPER_LEFT, GL_ZERO_TO_ONE);
     if (epoxy_is_desktop_gl()) {
-      glClipControl(GL_UPPER_LEFT, GL_ZERO_TO_ONE);
       glPolygonMode(GL_FRONT_AND_BACK, GL_LINE);
       glEnable(GL_FRAMEBUFFER_SRGB);
     }

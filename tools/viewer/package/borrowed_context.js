@@ -17,10 +17,13 @@ export class BorrowedContext {
   }
 
   // Returns the context for the viewer. A call that changes state borrows the context until the present task is done.
+  // It is without EXT_clip_control, which three sets once, if at all, and does not set again.
   wrapped() {
     const {own} = this;
     /** @type {Map<string | symbol, Function>} */
     const calls = new Map();
+    calls.set('getExtension', (/** @type {string} */ name) =>
+      name === 'EXT_clip_control' ? null : own.getExtension(name));
     return new Proxy(own, {
       get: (_, name) => {
         const known = calls.get(name);

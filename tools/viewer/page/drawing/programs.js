@@ -55,6 +55,7 @@ export class Programs {
     this.shaders = shaders;
     this.views = views;
     this.parallel = gl.getExtension('KHR_parallel_shader_compile');
+    this.clipControl = gl.getExtension('EXT_clip_control');
     /** @type {Map<string, ProgramEntry>} */
     this.programs = new Map();
   }
@@ -91,6 +92,7 @@ export class Programs {
     const {definitions: ofAll, sources} = this.shaders;
     const {vertex = 'screen.vert', fragment, defines = ''} = PASSES[pass];
     const definitions = ofAll + `#define BLENDED_VIEWS ${this.views}\n` +
+        (this.clipControl ? '#define CLIP_CONTROL\n' : '') +
         (cells ? `#define CELLS ${cells}\n` : '') + defines;
     const program = this.objects.program();
     const withDefinitions = (/** @type {string} */ name) => sources[name].replace('\n', '\n' + definitions);

@@ -277,6 +277,8 @@ export class Renderer {
     }
     gl.enable(gl.DEPTH_TEST);
     gl.depthFunc(gl.GREATER);
+    const clips = this.programs.clipControl;
+    clips?.clipControlEXT(clips.LOWER_LEFT_EXT, clips.ZERO_TO_ONE_EXT);
     const firstZone = this.programs.use('surface').uniform('first_zone');
     const pieces = this.surface.seenBy(camera);
     CELLS_OF_SHADER.forEach((_, group) => {
@@ -289,6 +291,7 @@ export class Renderer {
       for (const piece of pieces) piece.draw(CELLS_OF_SHADER.length, whole, firstZone);
       this.setNearDepth(this.scene.near_depth);
     }
+    clips?.clipControlEXT(clips.LOWER_LEFT_EXT, clips.NEGATIVE_ONE_TO_ONE_EXT);
     gl.disable(gl.STENCIL_TEST);
     gl.disable(gl.DEPTH_TEST);
     gl.bindVertexArray(this.nothing);
