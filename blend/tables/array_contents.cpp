@@ -54,7 +54,10 @@ std::uint64_t digest_of_depths(const StoredView& view, const ImageRect& part, fl
   bytes.reserve(sizeof(scale) + 6 * std::size_t{part.width + 2} * (part.height + 2));
   std::memcpy(bytes.data(), &scale, sizeof(scale));
   add_part(view.mask->validity, view.camera, {part.x - 1, part.y - 1, part.width + 2, part.height + 2}, bytes);
-  for (std::size_t i = sizeof(scale); i < bytes.size(); ++i) bytes[i] = std::byte{bytes[i] != std::byte{0}};
+  for (std::size_t i = sizeof(scale); i < bytes.size(); ++i) {
+    const bool is_partial = bytes[i] != std::byte{0} && bytes[i] != std::byte{255};
+    if (is_partial) bytes[i] = std::byte{1};
+  }
   add_part(view.mask->depth, view.camera, part, bytes);
   if (!view.mask->rim.empty()) add_part(view.mask->rim, view.camera, part, bytes);
   return content_digest(bytes);

@@ -60,6 +60,13 @@ std::vector<std::pair<const char*, std::function<void(Atlas&)>>> changes() {
                std::fill_n(validity.begin(), validity.size() / 2, std::uint8_t{0});
              });
            }},
+          {"a mask that is soft",
+           [=](Atlas& atlas) {
+             change_view(atlas, 1, [](StoredView& view) {
+               std::vector<std::uint8_t>& validity = own_mask(view).validity.values();
+               std::replace(validity.begin(), validity.end(), std::uint8_t{255}, std::uint8_t{128});
+             });
+           }},
           {"depths",
            [=](Atlas& atlas) {
              change_view(atlas, 2, [](StoredView& view) {
@@ -157,7 +164,7 @@ TEST_CASE("of a next snapshot only tiles that show something else are copied") {
     const std::string name = what;
     if (name == "all photographs") {
       CHECK(work.color_bytes == all.color_bytes);
-    } else if (name == "a photograph" || name == "a mask" || name == "depths") {
+    } else if (name == "a photograph" || name == "a mask" || name == "a mask that is soft" || name == "depths") {
       CHECK(work.color_bytes > 0);
       CHECK(work.color_bytes < all.color_bytes / 2);
     } else {
