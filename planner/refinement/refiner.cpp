@@ -476,34 +476,58 @@ LensEstimates Refiner::estimate_lenses(const LensOptions& options) const {
   return lumatlas::estimate_lenses(atlas_, views_, given_, all_samples(), interruptible);
 }
 
+ShutterEstimate Refiner::estimate_shutters(const ShutterOptions& options) const {
+  ShutterOptions interruptible = options;
+  if (!interruptible.cancel_check) interruptible.cancel_check = options_.cancel_check;
+  interruptible.alignment = options_.alignment;
+  return lumatlas::estimate_shutters(atlas_, views_, given_, all_samples(), interruptible);
+}
+
+// Gives views the cameras of an estimate, and photographs that `corrected` makes. What they have moved as a whole is
+// taken back.
+void Refiner::correct(std::span<const ViewSlot> slots, const std::vector<Camera>& cameras,
+                      const CorrectedPhotograph& corrected) {
+  std::vector<std::pair<Camera, Camera>> before_and_after;
+  for (const ViewSlot slot : slots) before_and_after.emplace_back(views_[slot]->camera, cameras[slot]);
+  const RigidMotion common = common_motion(before_and_after, median_depth());
+  for (const ViewSlot slot : slots) {
+    check_cancelled(options_.cancel_check);
+    const std::shared_ptr<const StoredView> old = views_[slot]->view;
+    Photograph photograph = corrected(slot, old->name);
+    require_photograph_of(old->name, old->camera, photograph);
+    views_[slot]->camera = without(common, cameras[slot]);
+    const Camera& camera = depth_stands(slot) ? old->camera : views_[slot]->camera;
+    replace(slot, camera, std::make_shared<const StoredPhotograph>(std::move(photograph)), old->mask->trust.all());
+    views_[slot]->pyramid = Pyramid(views_[slot]->view->photograph->span());
+    samples_[slot].reset();
+  }
+}
+
 void Refiner::correct_lenses(const LensEstimates& estimates, const CorrectedPhotograph& corrected) {
   refiner_requires.has_size(estimates.cameras.size(), views_.size(), "cameras", "the atlas's capacity");
-  std::vector<std::pair<Camera, Camera>> before_and_after;
+  std::vector<ViewSlot> slots;
   for (const LensEstimate& lens : estimates.lenses) {
     for (const ViewSlot slot : lens.slots) {
       refiner_requires.is_below(slot, views_.size(), "a lens's slot", "the atlas's capacity");
       refiner_requires(views_[slot].has_value(), "a lens's slot", slot, "one that holds a view");
       check(estimates.cameras[slot]);
       require_photograph_of(views_[slot]->view->name, estimates.cameras[slot], *views_[slot]->view->photograph);
-      if (lens.significant) before_and_after.emplace_back(views_[slot]->camera, estimates.cameras[slot]);
+      if (lens.significant) slots.push_back(slot);
     }
   }
-  if (before_and_after.empty()) return;
-  const RigidMotion common = common_motion(before_and_after, median_depth());
-  for (const LensEstimate& lens : estimates.lenses) {
-    for (const ViewSlot slot : lens.slots) {
-      if (!lens.significant) break;
-      check_cancelled(options_.cancel_check);
-      const std::shared_ptr<const StoredView> old = views_[slot]->view;
-      Photograph photograph = corrected(slot, old->name);
-      require_photograph_of(old->name, old->camera, photograph);
-      views_[slot]->camera = without(common, estimates.cameras[slot]);
-      const Camera& camera = depth_stands(slot) ? old->camera : views_[slot]->camera;
-      replace(slot, camera, std::make_shared<const StoredPhotograph>(std::move(photograph)), old->mask->trust.all());
-      views_[slot]->pyramid = Pyramid(views_[slot]->view->photograph->span());
-      samples_[slot].reset();
-    }
+  if (!slots.empty()) correct(slots, estimates.cameras, corrected);
+}
+
+void Refiner::correct_shutters(const ShutterEstimate& estimate, const CorrectedPhotograph& corrected) {
+  refiner_requires.has_size(estimate.cameras.size(), views_.size(), "cameras", "the atlas's capacity");
+  std::vector<ViewSlot> slots;
+  for (ViewSlot slot{0}; slot < views_.size(); ++slot) {
+    if (!views_[slot]) continue;
+    check(estimate.cameras[slot]);
+    require_photograph_of(views_[slot]->view->name, estimate.cameras[slot], *views_[slot]->view->photograph);
+    slots.push_back(slot);
   }
+  if (estimate.significant && !slots.empty()) correct(slots, estimate.cameras, corrected);
 }
 
 bool Refiner::all_as_given() const {

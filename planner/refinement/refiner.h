@@ -21,6 +21,7 @@
 #include "planner/refinement/lens_estimate.h"
 #include "planner/refinement/median_colors.h"
 #include "planner/refinement/pose_estimate.h"
+#include "planner/refinement/shutter_estimate.h"
 #include "planner/refinement/trust.h"
 
 namespace lumatlas {
@@ -48,8 +49,9 @@ struct RefinementOptions {
   // A view whose correlation with the others' medians stays below this is an outlier, [-1, 1].
   double least_correlation = 0.5;
   double least_views = 1;  // but only where that many other views, in the mean, show each of its points
-  // Called by polish(), solve_poses(), publish_refined(), estimate_lenses(), correct_lenses() and Pruning between one
-  // view and the next. If it throws, some views may have been changed and others not; each is as consistent as before.
+  // Called by polish(), solve_poses(), publish_refined(), estimate_lenses(), correct_lenses(), the same for shutters,
+  // and Pruning between one view and the next. If it throws, some views may have been changed and others not; each is
+  // as consistent as before.
   CancelCheck cancel_check = {};
   // Returns the gain of the view of that name, which it then keeps: exposures that were balanced elsewhere, for example
   // over all blocks of a city. Empty: stored views are balanced among each other.
@@ -89,7 +91,8 @@ struct PolishStep {
   double moved_px = 0;
 };
 
-// Gives the photograph of a stored view, by slot and name, as the corrected lens would have taken it.
+// Gives the photograph of a stored view, by slot and name, as the corrected lens, or a camera that did not move, would
+// have taken it.
 using CorrectedPhotograph = std::function<Photograph(ViewSlot slot, const std::string& name)>;
 
 // Slots that the atlas does not have, or that hold no view where one is needed, are refused (std::invalid_argument).
@@ -147,6 +150,8 @@ class Refiner {
   PoseEstimate solve_poses(std::size_t most_points);
   // Estimates the lenses of the stored views. Changes nothing.
   [[nodiscard]] LensEstimates estimate_lenses(const LensOptions& options = {}) const;
+  // Estimates the motions of the stored views while their shutters read them. Changes nothing.
+  [[nodiscard]] ShutterEstimate estimate_shutters(const ShutterOptions& options = {}) const;
   // Gives the stored views of the lenses that are significant the poses of an estimate made since the last change, and
   // photographs without what is wrong with their lens, which `corrected` makes from the originals; depth and masks
   // follow, see kDepthStandsPx. What these views have moved as a whole is taken back. Throws
@@ -154,6 +159,9 @@ class Refiner {
   // photographs' sizes, and unless each slot of a lens holds a view; what `corrected` throws; and std::invalid_argument
   // if it gives a photograph of another size.
   void correct_lenses(const LensEstimates& estimates, const CorrectedPhotograph& corrected);
+  // Gives the stored views the poses of a significant estimate made since the last change, and photographs that were
+  // straightened by its motions, which `corrected` makes from the originals; else as correct_lenses().
+  void correct_shutters(const ShutterEstimate& estimate, const CorrectedPhotograph& corrected);
 
  private:
   [[nodiscard]] Refinement compare(const Camera& given, const Camera& start, const Pyramid& photograph,
@@ -172,6 +180,8 @@ class Refiner {
   void balance_exposures();
   [[nodiscard]] double median_depth() const;
   [[nodiscard]] std::vector<std::vector<SurfaceSample>> all_samples() const;
+  void correct(std::span<const ViewSlot> slots, const std::vector<Camera>& cameras,
+               const CorrectedPhotograph& corrected);
   void replace(ViewSlot slot, const Camera& camera, std::shared_ptr<const StoredPhotograph> photograph,
                std::vector<std::uint8_t> trust);
   void replace(ViewSlot slot, std::vector<std::uint8_t> trust);

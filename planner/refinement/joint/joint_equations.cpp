@@ -40,14 +40,14 @@ struct ViewEquations {
 class ViewAdder {
  public:
   ViewAdder(const JointProblem& problem, const JointState& state, const Linearised& linear, ViewSlot slot,
-            std::span<const Block> estimated, std::span<const std::size_t> block_of)
+            std::span<const Block> estimated, std::size_t blocks, const ViewBlocks& block_of)
       : problem_(problem),
         state_(state),
         linear_(linear),
         slot_(slot),
         estimated_(estimated),
         block_of_(block_of),
-        local_(estimated.size() + block_of.size(), 0) {}
+        local_(blocks, 0) {}
 
   [[nodiscard]] ViewEquations equations() {
     find_blocks();
@@ -63,8 +63,9 @@ class ViewAdder {
   void find_blocks() {
     std::vector<std::size_t>& blocks = out_.gradient.blocks;
     const auto has = [&](ViewSlot slot) {
-      if (local_[block_of_[slot]]++ != 0) return;
-      blocks.push_back(block_of_[slot]);
+      if (local_[block_of_.own[slot]]++ != 0) return;
+      blocks.push_back(block_of_.own[slot]);
+      if (has_motions()) blocks.push_back(block_of_.motion[slot]);
       if (local_[problem_.lens_of(slot)]++ == 0) blocks.push_back(problem_.lens_of(slot));
     };
     has(slot_);
@@ -82,13 +83,13 @@ class ViewAdder {
   void add_row(std::size_t index, const glm::dvec3& position) {
     const auto row = static_cast<Eigen::Index>(index);
     entries_ = 0;
-    add_entry(block_of_[slot_], linear_.J.row(row).transpose());
+    add_own_entry(slot_, linear_.J.row(row).transpose(), linear_.time[index / 3]);
     add_lens_entry(slot_, linear_.D.row(row).transpose());
     for (const TargetTerm& term : linear_.terms[index]) {
       if (term.gradient == glm::dvec2(0)) continue;
       const ImageDerivatives& seen = derivatives(term.slot, position);
       const Eigen::Vector2d gradient(term.gradient.x, term.gradient.y);
-      add_entry(block_of_[term.slot], -seen.by_own.transpose() * gradient);
+      add_own_entry(term.slot, -seen.by_own.transpose() * gradient, seen.time);
       add_lens_entry(term.slot, -seen.by_lens.transpose() * gradient);
     }
     const double r = linear_.r[row];
@@ -99,6 +100,17 @@ class ViewAdder {
         out_.square(entry_[a].first, entry_[b].first).noalias() += entry_[a].second * entry_[b].second.transpose();
       }
     }
+  }
+
+  [[nodiscard]] bool has_motions() const { return !block_of_.motion.empty(); }
+
+  // `time`: at which the view reads the point's line.
+  void add_own_entry(ViewSlot slot, const Block& derivative, double time) {
+    add_entry(block_of_.own[slot], derivative);
+    if (!has_motions()) return;
+    Block by_motion = time * derivative;
+    by_motion.tail<kBlock - kPose>().setZero();
+    add_entry(block_of_.motion[slot], by_motion);
   }
 
   void add_lens_entry(ViewSlot slot, const Block& derivative) {
@@ -130,9 +142,9 @@ class ViewAdder {
   const Linearised& linear_;
   ViewSlot slot_;
   std::span<const Block> estimated_;
-  std::span<const std::size_t> block_of_;
+  const ViewBlocks& block_of_;
   std::vector<std::size_t> local_;                      // for each block of the whole problem, the view's block
-  std::array<std::pair<std::size_t, Block>, 6> entry_;  // a row's: three views and three lenses at most
+  std::array<std::pair<std::size_t, Block>, 9> entry_;  // a row's: three views, their motions and lenses at most
   std::size_t entries_ = 0;
   std::array<std::pair<ViewSlot, ImageDerivatives>, 6> derivatives_;  // a point's
   std::size_t known_ = 0;
@@ -159,14 +171,14 @@ void sort_without_repetitions(auto& values) {
 }
 
 // Returns the pairs of blocks that one view's residuals may depend on together.
-std::vector<BlockPair> pairs_of_view(const JointProblem& problem, std::size_t slot,
-                                     std::span<const std::size_t> block_of) {
+std::vector<BlockPair> pairs_of_view(const JointProblem& problem, std::size_t slot, const ViewBlocks& block_of) {
   std::vector<BlockPair> pairs;
   std::vector<std::uint32_t> blocks;
   for (const ComparedPoint& point : problem.parts()[slot].points) {
     blocks.clear();
     const auto add_blocks = [&](std::size_t view) {
-      blocks.push_back(static_cast<std::uint32_t>(block_of[view]));
+      blocks.push_back(static_cast<std::uint32_t>(block_of.own[view]));
+      if (!block_of.motion.empty()) blocks.push_back(static_cast<std::uint32_t>(block_of.motion[view]));
       blocks.push_back(static_cast<std::uint32_t>(problem.lens_of(view)));
     };
     add_blocks(slot);
@@ -182,7 +194,7 @@ std::vector<BlockPair> pairs_of_view(const JointProblem& problem, std::size_t sl
 
 }  // namespace
 
-BlockPattern joint_pattern(const JointProblem& problem, std::size_t blocks, std::span<const std::size_t> block_of,
+BlockPattern joint_pattern(const JointProblem& problem, std::size_t blocks, const ViewBlocks& block_of,
                            const CancelCheck& cancel_check) {
   BlockPattern pattern(blocks);
   for (std::uint32_t block = 0; block < blocks; ++block) pattern[block].push_back(block);
@@ -196,9 +208,7 @@ BlockPattern joint_pattern(const JointProblem& problem, std::size_t blocks, std:
 
 JointEquations joint_equations(const JointProblem& problem, const JointState& state,
                                const std::vector<Linearised>& linear, std::span<const Block> estimated,
-                               std::span<const std::size_t> block_of, const CancelCheck& cancel_check) {
-  std::size_t blocks = estimated.size();
-  for (std::size_t slot = 0; slot < linear.size(); ++slot) blocks += problem.has_view(slot);
+                               std::size_t blocks, const ViewBlocks& block_of, const CancelCheck& cancel_check) {
   const auto unknowns = static_cast<Eigen::Index>(kBlock * blocks);
   JointEquations all{BlockMatrix(blocks), Eigen::VectorXd::Zero(unknowns), std::vector<ViewGradient>(linear.size())};
   for (std::size_t first = 0; first < linear.size(); first += kViewsAtOnce) {
@@ -207,7 +217,7 @@ JointEquations joint_equations(const JointProblem& problem, const JointState& st
       if (linear[first + i].terms.empty()) return;
       check_cancelled(cancel_check);
       const ViewSlot slot(static_cast<std::uint32_t>(first + i));
-      views[i] = ViewAdder(problem, state, linear[slot], slot, estimated, block_of).equations();
+      views[i] = ViewAdder(problem, state, linear[slot], slot, estimated, blocks, block_of).equations();
     });
     for (std::size_t i = 0; i < views.size(); ++i) {
       add(views[i], all);

@@ -48,6 +48,10 @@ LensCorrection correction_of(const Block& q) {
   return {std::exp(q[0]), {q[1], q[2]}, q[3], q[4], q[5], q[6]};
 }
 
+ShutterMotion motion_of(const Block& m, double depth) {
+  return {{m[0], m[1], m[2]}, depth * glm::dvec3(m[3], m[4], m[5])};
+}
+
 JointProblem::JointProblem(const Atlas& atlas, std::span<const std::optional<ComparedView>> views,
                            std::span<const std::vector<SurfaceSample>> samples, std::vector<std::size_t> lens_of,
                            std::size_t most_points, CancelCheck cancel_check)
@@ -105,7 +109,9 @@ bool is_within(const glm::dvec2& image, const Camera& camera, double margin) {
 std::optional<glm::dvec2> JointProblem::image_of(const Linearisation& at, ViewSlot slot,
                                                  const glm::dvec3& position) const {
   const Camera& camera = at.state.cameras[slot];
-  const glm::dvec3 cam = camera.cam_from_world(position);
+  glm::dvec3 cam = camera.cam_from_world(position);
+  if (!(cam.z > 0)) return std::nullopt;
+  if (at.motions[slot] != ShutterMotion{}) cam = when_read(at.motions[slot], camera, cam);
   if (!(cam.z > 0)) return std::nullopt;
   return uncorrected(at.corrections[lens_of_[slot]], camera, camera.image_from_cam(cam));
 }
@@ -115,7 +121,9 @@ ImageDerivatives JointProblem::derivatives(const JointState& state, ViewSlot slo
   ImageDerivatives result;
   const Camera& camera = state.cameras[slot];
   const Block& q = state.lens_parameters[lens_of_[slot]];
-  const glm::dvec3 cam = camera.cam_from_world(position);
+  glm::dvec3 cam = camera.cam_from_world(position);
+  const double depth = parts_[slot].depth;
+  if (cam.z > 0) cam = when_read(motion_of(state.motion[slot], depth), camera, cam);
   if (!(cam.z > 0)) {
     result.by_lens.setZero();
     result.by_own.setZero();
@@ -133,7 +141,7 @@ ImageDerivatives JointProblem::derivatives(const JointState& state, ViewSlot slo
       fy * 2 * x * y;
   const double radial = 1 + r2 * (q[3] + r2 * q[4]);
   const double gx = fx * radial, gy = fy * radial;
-  const double depth = parts_[slot].depth;
+  result.time = readout_time(camera, image);
   const double a = gx * depth / cam.z, b = gy * depth / cam.z;
   result.by_own << -gx * x * y, gx * (1 + x * x), -gx * y, a, 0, -a * x, 0,  //
       -gy * (1 + y * y), gy * x * y, gy * x, 0, b, -b * y, 0;
@@ -180,6 +188,7 @@ void JointProblem::point_rows(const Linearisation& at, ViewSlot slot, const Comp
   out.compared[index] = true;
   const ColorSample sample = views_[slot]->pyramid.sample(level, *image);
   const ImageDerivatives own = derivatives(at.state, slot, point.position);
+  out.time[index] = own.time;
   const glm::dvec3 gain = views_[slot]->gain * at.state.gain[slot];
   scratch.seen.clear();
   for (const SampledView& place : scratch.places) scratch.seen.push_back(sample_at(place));
@@ -212,8 +221,11 @@ void JointProblem::point_rows(const Linearisation& at, ViewSlot slot, const Comp
 
 std::vector<Linearised> JointProblem::linearise(const JointState& state, std::vector<ComparedPoint> ViewPart::*points,
                                                 std::uint32_t coarser, double noise, bool robust) const {
-  Linearisation at{state, {}, coarser, noise, robust};
+  Linearisation at{state, {}, {}, coarser, noise, robust};
   for (const Block& q : state.lens_parameters) at.corrections.push_back(correction_of(q));
+  for (std::size_t slot = 0; slot < parts_.size(); ++slot) {
+    at.motions.push_back(motion_of(state.motion[slot], parts_[slot].depth));
+  }
   std::vector<Linearised> all(parts_.size());
   tbb::parallel_for(std::size_t{0}, parts_.size(), [&](std::size_t slot) {
     if (!views_[slot]) return;
@@ -221,8 +233,11 @@ std::vector<Linearised> JointProblem::linearise(const JointState& state, std::ve
     const std::vector<ComparedPoint>& of_view = parts_[slot].*points;
     const auto rows = static_cast<Eigen::Index>(3 * of_view.size());
     Linearised& out = all[slot];
-    out = {Eigen::VectorXd::Zero(rows), BlockRows::Zero(rows, kBlock), BlockRows::Zero(rows, kBlock),
+    out = {Eigen::VectorXd::Zero(rows),
+           BlockRows::Zero(rows, kBlock),
+           BlockRows::Zero(rows, kBlock),
            std::vector<std::array<TargetTerm, 2>>(static_cast<std::size_t>(rows)),
+           std::vector<double>(of_view.size(), 0),
            std::vector<bool>(of_view.size(), false)};
     Scratch scratch;
     for (std::size_t index = 0; index < of_view.size(); ++index) {

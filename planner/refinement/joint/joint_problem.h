@@ -3,7 +3,8 @@
 // exposures.
 //
 // Letters: q a lens's parameters (ln focal, shift x and y in image widths, k1, k2, p1, p2); p a view's own (rotation
-// vector, translation in median depths, ln gain); r residuals, J = dr/dp, D = dr/dq of the view's own lens.
+// vector, translation in median depths, ln gain); m its motion while the shutter reads it (turn, shift in median
+// depths, 0); r residuals, J = dr/dp, D = dr/dq of the view's own lens; t when a point's line is read.
 #pragma once
 
 #include <Eigen/Core>
@@ -19,6 +20,7 @@
 #include "atlas/atlas.h"
 #include "mesh/cancel_check.h"
 #include "mesh/lens_correction.h"
+#include "mesh/shutter_motion.h"
 #include "planner/refinement/joint/block_matrix.h"
 #include "planner/refinement/median_colors.h"
 #include "planner/refinement/surface_samples.h"
@@ -28,6 +30,7 @@ namespace lumatlas {
 inline constexpr int kPose = 6;  // parameters of a view's pose, before its gain
 
 [[nodiscard]] LensCorrection correction_of(const Block& q);
+[[nodiscard]] ShutterMotion motion_of(const Block& m, double depth);
 
 // Another view that shows a point.
 struct Observation {
@@ -55,6 +58,7 @@ struct JointState {
   // the gains that the views came with; otherwise the differences would fall if all views grew darker. Free gains with
   // a fixed mean left poses as far from the truth (walks of 24 views, 3 pixels of error, up to a stop of exposure).
   std::vector<double> gain;
+  std::vector<Block> motion;  // one per view slot: m
 };
 
 // One term of a target's derivative: d target / d image of the view that gives the median.
@@ -69,14 +73,17 @@ struct Linearised {
   BlockRows J;
   BlockRows D;                                   // at fixed targets
   std::vector<std::array<TargetTerm, 2>> terms;  // one per row: d r / d image, to be subtracted
+  std::vector<double> time;                      // one per point: dr/dm = t dr/d pose
   // For each point, whether both the view and another one show it. If not, the residuals are those of an outlier.
   std::vector<bool> compared;
 };
 
 // Derivatives of the pixel at which a view sees a point by its lens and its pose; the last column of `by_own` is 0.
+// Those by its motion are `time` times those by its pose.
 struct ImageDerivatives {
   Eigen::Matrix<double, 2, kBlock> by_lens;
   Eigen::Matrix<double, 2, kBlock> by_own;
+  double time = 0;
 };
 
 class JointProblem {
@@ -103,6 +110,7 @@ class JointProblem {
   struct Linearisation {
     const JointState& state;
     std::vector<LensCorrection> corrections;  // one per lens
+    std::vector<ShutterMotion> motions;       // one per view slot
     std::uint32_t coarser;
     double noise;
     bool robust;

@@ -19,6 +19,7 @@ constexpr double kLeastDamping = 0.01, kDampingFactor = 30;
 constexpr double kMostLost = 0.1;  // share of the compared points that a step may lose
 constexpr double kRests = 2e-4;    // a round that changes the residual by less is the last
 constexpr double kFixed = 1e6;     // times the normal matrix' trace: for views that take no part
+constexpr double kMotionPull = 1;  // of motions towards 0, times that of poses towards the given ones
 // See LensEstimate::deviation.
 constexpr double kCountedTwice = 2;
 constexpr double kChannels = 3;
@@ -67,12 +68,13 @@ JointSolver::JointSolver(const JointInput& input, const JointOptions& options)
       problem_(input.atlas, input.views, input.samples, found_lenses(), options.most_points, options.cancel_check),
       parts_(problem_.parts()) {
   blocks_ = slots_of_lenses_.size();
-  block_of_.assign(views_.size(), 0);
+  block_of_.own.assign(views_.size(), 0);
   for (std::size_t slot = 0; slot < views_.size(); ++slot) {
-    if (views_[slot]) block_of_[slot] = blocks_++;
+    if (views_[slot]) block_of_.own[slot] = blocks_++;
   }
   state_.lens_parameters.assign(slots_of_lenses_.size(), Block::Zero());
   state_.gain.assign(views_.size(), 1);
+  state_.motion.assign(views_.size(), Block::Zero());
   terms_.assign(slots_of_lenses_.size(), Terms{});
 }
 
@@ -115,13 +117,27 @@ void JointSolver::set_estimated(std::size_t lens, std::size_t parameter, bool es
   if (!estimated) state_.lens_parameters[lens][static_cast<Eigen::Index>(parameter)] = 0;
 }
 
+void JointSolver::estimate_motions() {
+  if (!block_of_.motion.empty()) return;
+  block_of_.motion.assign(views_.size(), 0);
+  for (std::size_t slot = 0; slot < views_.size(); ++slot) {
+    if (views_[slot]) block_of_.motion[slot] = blocks_++;
+  }
+}
+
+void JointSolver::leave_motions() {
+  if (block_of_.motion.empty()) return;
+  block_of_.motion.clear();
+  for (const std::optional<ComparedView>& view : views_) blocks_ -= view.has_value();
+}
+
 std::vector<Linearised> JointSolver::linearise(const JointState& state, std::vector<ComparedPoint> ViewPart::*points,
                                                std::uint32_t coarser, bool robust) const {
   return problem_.linearise(state, points, coarser, noise_, robust);
 }
 
 Eigen::Index JointSolver::column(std::size_t slot) const {
-  return static_cast<Eigen::Index>(kBlock * block_of_[slot]);
+  return static_cast<Eigen::Index>(kBlock * block_of_.own[slot]);
 }
 
 // A parameter that is not estimated has the prior alone, and so stays 0.
@@ -131,7 +147,7 @@ JointEquations JointSolver::normal_equations(const JointState& state, const std:
     estimated.emplace_back(
         Block::NullaryExpr([&](Eigen::Index i) { return terms[static_cast<std::size_t>(i)] ? 1.0 : 0.0; }));
   }
-  JointEquations normal = joint_equations(problem_, state, all, estimated, block_of_, options_.cancel_check);
+  JointEquations normal = joint_equations(problem_, state, all, estimated, blocks_, block_of_, options_.cancel_check);
   const double ridge = kRidge * (normal.H.trace() / static_cast<double>(kBlock * blocks_) + 1);
   for (std::size_t block = 0; block < blocks_; ++block) normal.H.at(block, block).diagonal().array() += ridge;
   const Block prior = kPrior.array().square().inverse();
@@ -155,6 +171,14 @@ double JointSolver::pull_of(const JointState& state, ViewSlot slot) const {
   return pose_pull(options_.alignment, state.cameras[slot], parts_[slot].points.size());
 }
 
+Eigen::Index JointSolver::motion_column(std::size_t slot) const {
+  return static_cast<Eigen::Index>(kBlock * block_of_.motion[slot]);
+}
+
+double JointSolver::motion_pull_of(const JointState& state, ViewSlot slot) const {
+  return kMotionPull * pull_of(state, slot);
+}
+
 // Adds the pulls towards the given poses, as when views are aligned one by one. Without them, a change of the focal
 // length for which all views move along their axes would cost nothing, and pictures drawn from the given poses would
 // show the loss.
@@ -162,12 +186,18 @@ void JointSolver::add_pulls(const JointState& state, JointEquations& normal) con
   const double fixed = kFixed * normal.H.trace();
   for (ViewSlot slot{0}; slot < parts_.size(); ++slot) {
     if (!views_[slot]) continue;
-    BlockSquare& own = normal.H.at(block_of_[slot], block_of_[slot]);
+    BlockSquare& own = normal.H.at(block_of_.own[slot], block_of_.own[slot]);
     // Else it would follow those that are compared with it.
     if (parts_[slot].points.empty()) own.diagonal().array() += fixed;
     const double pull = pull_of(state, slot);
     own.diagonal().head<kPose>().array() += pull * pull;
     normal.g.segment<kPose>(column(slot)) += pull * pulled(state, slot);
+    if (block_of_.motion.empty()) continue;
+    BlockSquare& motion = normal.H.at(block_of_.motion[slot], block_of_.motion[slot]);
+    if (parts_[slot].points.empty()) motion.diagonal().array() += fixed;
+    const double strength = motion_pull_of(state, slot);
+    motion.diagonal().array() += strength * strength;
+    normal.g.segment<kBlock>(motion_column(slot)) += strength * strength * state.motion[slot];
   }
 }
 
@@ -179,6 +209,7 @@ JointState JointSolver::moved_by(const JointState& from, const Eigen::VectorXd& 
     const double depth = parts_[slot].depth;
     state.cameras[slot] = moved(state.cameras[slot], {dp[0], dp[1], dp[2]}, depth * glm::dvec3(dp[3], dp[4], dp[5]));
     state.gain[slot] *= std::exp(dp[kPose]);
+    if (!block_of_.motion.empty()) state.motion[slot] += step.segment<kBlock>(motion_column(slot));
   }
   for (std::size_t lens = 0; lens < slots_of_lenses_.size(); ++lens) {
     for (int i = 0; i < kBlock; ++i) {
@@ -201,7 +232,9 @@ double JointSolver::prior_cost(const JointState& state) const {
   double sum = 0;
   for (const Block& q : state.lens_parameters) sum += q.cwiseQuotient(kPrior).squaredNorm();
   for (ViewSlot slot{0}; slot < parts_.size(); ++slot) {
-    if (views_[slot]) sum += pulled(state, slot).squaredNorm();
+    if (!views_[slot]) continue;
+    sum += pulled(state, slot).squaredNorm();
+    sum += std::pow(motion_pull_of(state, slot), 2) * state.motion[slot].squaredNorm();
   }
   return sum;
 }

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Internal to planner/: poses, exposures and, where they are asked for, lenses of all stored views at once, so that
-// they agree at surface points: Levenberg-Marquardt with robust weights, whose steps know how the medians of the others
-// move along. Source: Triggs et al. 2000, "Bundle adjustment", section 6. Letters as in joint_problem.h.
+// Internal to planner/: poses, exposures and, where they are asked for, lenses and motions of all stored views at once,
+// so that they agree at surface points: Levenberg-Marquardt with robust weights, whose steps know how the medians of
+// the others move along. Source: Triggs et al. 2000, "Bundle adjustment", section 6. Letters as in joint_problem.h.
 #pragma once
 
 #include <array>
@@ -78,6 +78,13 @@ class JointSolver {
   // A parameter that is no longer estimated becomes 0.
   void set_estimated(std::size_t lens, std::size_t parameter, bool estimated);
 
+  // Estimates the motions of all views too from now on, which are 0 at first.
+  void estimate_motions();
+  // Leaves motions as they are from now on.
+  void leave_motions();
+  // Returns whether the view has points that are fitted to.
+  [[nodiscard]] bool takes_part(ViewSlot slot) const { return !parts_[slot].points.empty(); }
+
   // Takes the noise of the differences from the present state: what robust weights and residuals are relative to.
   void measure_noise();
   // Takes one step for each round, which says how many pyramid levels above the finest one used it looks at, until one
@@ -110,6 +117,8 @@ class JointSolver {
   };
   [[nodiscard]] PoseBlock pulled(const JointState& state, ViewSlot slot) const;
   [[nodiscard]] double pull_of(const JointState& state, ViewSlot slot) const;
+  [[nodiscard]] Eigen::Index motion_column(std::size_t slot) const;
+  [[nodiscard]] double motion_pull_of(const JointState& state, ViewSlot slot) const;
   [[nodiscard]] double prior_cost(const JointState& state) const;
   [[nodiscard]] JointState moved_by(const JointState& from, const Eigen::VectorXd& step) const;
   [[nodiscard]] Fit fit(const JointState& state, std::uint32_t coarser) const;
@@ -124,8 +133,8 @@ class JointSolver {
   JointState state_;
   JointProblem problem_;
   const std::vector<ViewPart>& parts_;
-  std::vector<Terms> terms_;           // one per lens
-  std::vector<std::size_t> block_of_;  // one per view slot: its block of the whole problem, where there is a view
+  std::vector<Terms> terms_;  // one per lens
+  ViewBlocks block_of_;
   std::size_t blocks_ = 0;
   double noise_ = 1;    // deviation of the differences, sRGB
   double damping_ = 0;  // for the next step

@@ -13,6 +13,7 @@
 #include <stdexcept>
 
 #include "planner/planner.h"
+#include "tests/planner/refinement/painted_room.h"
 #include "tests/support/scenes/small_scenes.h"
 
 namespace lumatlas {
@@ -21,21 +22,7 @@ namespace {
 constexpr std::size_t kRoomViews = 13;
 
 Camera true_camera(std::size_t number) {
-  return room_camera(number).scaled_to(240, 180);
-}
-
-// 8-bit sRGB that varies smoothly over the room, with waves of about 20 to 100 cm in all directions.
-glm::dvec3 paint(const glm::dvec3& at) {
-  glm::dvec3 sum(0);
-  for (int wave = 0; wave < 9; ++wave) {
-    const double length = 6 + 2.5 * wave;
-    const glm::dvec3 direction =
-        glm::normalize(glm::dvec3(std::sin(1.3 * wave + 0.4), std::cos(2.1 * wave), std::sin(3.7 * wave + 1.1)));
-    for (int channel = 0; channel < 3; ++channel) {
-      sum[channel] += std::sin(length * glm::dot(direction, at) + 1.7 * wave * channel + wave);
-    }
-  }
-  return 128.0 + 25.0 * sum;
+  return painted_camera(number);
 }
 
 // The inverse of uncorrected(), by fixed-point iteration.
@@ -49,36 +36,9 @@ glm::dvec2 corrected(const LensCorrection& correction, const Camera& camera, con
 // through corrected(error, uncorrected(correction, pixel)).
 Photograph photograph_of(const Camera& camera, const Visibility& visibility, const LensCorrection& error,
                          const LensCorrection& correction = {}) {
-  Camera wide = camera;  // what the pixels see may lie beyond the picture
-  wide.width += 40;
-  wide.height += 40;
-  wide.cx += 20;
-  wide.cy += 20;
-  const VisibilityBuffer visible = visibility.trace(wide.scaled_to(2 * wide.width, 2 * wide.height));
-  Photograph photograph;
-  photograph.width = camera.width;
-  photograph.height = camera.height;
-  for (std::uint32_t y = 0; y < camera.height; ++y) {
-    for (std::uint32_t x = 0; x < camera.width; ++x) {
-      const glm::dvec2 at = corrected(error, camera, uncorrected(correction, camera, {x + 0.5, y + 0.5}));
-      const auto column = static_cast<std::size_t>(std::clamp(2 * (at.x + 20), 0.0, visible.width - 1.0));
-      const auto row = static_cast<std::size_t>(std::clamp(2 * (at.y + 20), 0.0, visible.height - 1.0));
-      const double depth = visible.depth[row * visible.width + column];
-      const glm::dvec3 color = paint(camera.center() + depth * camera.ray(at));
-      for (int channel = 0; channel < 3; ++channel) {
-        photograph.rgb.push_back(static_cast<std::uint8_t>(std::lround(std::clamp(color[channel], 10.0, 245.0))));
-      }
-    }
-  }
-  return photograph;
-}
-
-PlannerOptions refining() {
-  PlannerOptions options;
-  options.coverage.ideal_distance = 2;
-  options.min_view_gain = 0;
-  options.refinement.trust.enabled = false;
-  return options;
+  return painted_photograph(camera, visibility, [&](const glm::dvec2& pixel) {
+    return corrected(error, camera, uncorrected(correction, camera, pixel));
+  });
 }
 
 // Photographs of the painted room by lenses with an error, which the planner does not know of.
@@ -87,7 +47,7 @@ struct PaintedRoom {
       : surface(room_surface()),
         visibility(make_ray_visibility(surface->mesh)),
         atlas(surface, static_cast<std::uint32_t>(std::max(views, capacity))),
-        planner(atlas, *visibility, refining()) {
+        planner(atlas, *visibility, painted_room_planner()) {
     for (std::size_t number = 0; number < views; ++number) {
       const Camera camera = true_camera(number);
       planner.offer(std::to_string(number), camera, photograph_of(camera, *visibility, error));
@@ -208,7 +168,7 @@ TEST_CASE("of two lenses the wrong one is corrected, the right one is left alone
   const auto surface = room_surface();
   const auto visibility = make_ray_visibility(surface->mesh);
   Atlas atlas(surface, 2 * kRoomViews);
-  Planner planner(atlas, *visibility, refining());
+  Planner planner(atlas, *visibility, painted_room_planner());
   const auto camera_of = [](std::size_t number) {
     return number % 2 == 0 ? true_camera(number / 2) : room_camera(number / 2).scaled_to(200, 150);
   };
@@ -243,7 +203,7 @@ TEST_CASE("one view alone says nothing about its lens, and an empty store neithe
   const auto surface = room_surface();
   const auto visibility = make_ray_visibility(surface->mesh);
   Atlas atlas(surface, 3);
-  const Planner empty(atlas, *visibility, refining());
+  const Planner empty(atlas, *visibility, painted_room_planner());
   CHECK(empty.refiner().estimate_lenses().lenses.empty());
 }
 

@@ -4,6 +4,7 @@
 
 #include <array>
 #include <catch2/catch.hpp>
+#include <cmath>
 #include <cstdint>
 #include <glm/glm.hpp>
 #include <vector>
@@ -32,7 +33,10 @@ struct ComparedArc {
   [[nodiscard]] JointProblem problem() const {
     return {gallery.atlas, gallery.views, samples, std::vector<std::size_t>(given.size(), 0), 400, {}};
   }
-  [[nodiscard]] JointState state() const { return {{Block::Zero()}, given, std::vector<double>(given.size(), 1)}; }
+  [[nodiscard]] JointState state() const {
+    return {
+        {Block::Zero()}, given, std::vector<double>(given.size(), 1), std::vector<Block>(given.size(), Block::Zero())};
+  }
 
   Gallery gallery;
   std::vector<Camera> given;
@@ -71,6 +75,32 @@ TEST_CASE("a point that no other view shows any more counts as an outlier") {
   const Linearised alone = arc.problem().linearise(state, &ViewPart::points, 0, 1, true)[0];
   REQUIRE(alone.r.size() > 300);
   CHECK((alone.r.array() == tukey(kTukeyCutoff).value).all());
+}
+
+TEST_CASE("the derivatives by a motion are those by the pose, times when the line is read") {
+  const ComparedArc arc({-4, 0, 4});
+  const JointProblem problem = arc.problem();
+  JointState state = arc.state();
+  state.motion[1] << 0.004, -0.003, 0.002, 0.003, 0.002, -0.001, 0;
+  const double depth = problem.parts()[1].depth;
+  const auto seen = [&](const JointState& at, const glm::dvec3& position) {
+    const Camera& camera = at.cameras[1];
+    return camera.image_from_cam(when_read(motion_of(at.motion[1], depth), camera, camera.cam_from_world(position)));
+  };
+  constexpr double kStep = 1e-6;
+  for (const glm::dvec3 position : {glm::dvec3(0.5, 0.6, 4), glm::dvec3(-0.7, -0.4, 4.1)}) {
+    const ImageDerivatives derivatives = problem.derivatives(state, ViewSlot(1), position);
+    CHECK(std::abs(derivatives.time) > 0.05);
+    for (int i = 0; i < kPose; ++i) {
+      CAPTURE(i);
+      JointState more = state;
+      more.motion[1][i] += kStep;
+      const glm::dvec2 slope = (seen(more, position) - seen(state, position)) / kStep;
+      const double scale = 5 + std::hypot(slope.x, slope.y);
+      CHECK(std::abs(slope.x - derivatives.time * derivatives.by_own(0, i)) < 0.02 * scale);
+      CHECK(std::abs(slope.y - derivatives.time * derivatives.by_own(1, i)) < 0.02 * scale);
+    }
+  }
 }
 
 }  // namespace

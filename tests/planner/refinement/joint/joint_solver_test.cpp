@@ -69,12 +69,15 @@ TEST_CASE("the squares of the normal equations lie within the pattern that is kn
   state.lens_parameters.assign(1, Block::Zero());
   state.cameras = arc.given;
   state.gain.assign(DisturbedArc::kViews, 1);
-  std::vector<std::size_t> block_of(DisturbedArc::kViews);
-  for (std::size_t slot = 0; slot < block_of.size(); ++slot) block_of[slot] = 1 + slot;
-  const std::size_t blocks = 1 + block_of.size();
+  state.motion.assign(DisturbedArc::kViews, Block::Zero());
+  const bool with_motions = GENERATE(false, true);
+  ViewBlocks block_of;
+  std::size_t blocks = 1;
+  for (std::size_t slot = 0; slot < DisturbedArc::kViews; ++slot) block_of.own.push_back(blocks++);
+  for (std::size_t slot = 0; with_motions && slot < DisturbedArc::kViews; ++slot) block_of.motion.push_back(blocks++);
   const JointEquations equations =
       joint_equations(problem, state, problem.linearise(state, &ViewPart::points, 0, 0.02, true),
-                      std::vector<Block>{Block::Ones()}, block_of, {});
+                      std::vector<Block>{Block::Ones()}, blocks, block_of, {});
   const BlockPattern pattern = joint_pattern(problem, blocks, block_of, {});
   REQUIRE(pattern.size() == blocks);
   std::size_t squares = 0;
