@@ -47,6 +47,7 @@ SceneViews placed_views(const CityPlan& plan, const CityBlock& block, const glm:
     SceneView view = *found->second;
     view.camera = wanted.camera;
     view.correction = wanted.correction;
+    view.motion = wanted.motion;
     view.black_rim = wanted.black_rim;
     placed.push_back(std::move(view));
   }
@@ -58,7 +59,7 @@ SceneViews placed_views(const CityPlan& plan, const CityBlock& block, const glm:
 BuildOptions job_options(const CityPlan& plan) {
   BuildOptions options = plan.build;
   options.refine = RefineMode::all;
-  options.refine_lenses = false;
+  options.refine_lenses = options.refine_shutters = false;
   options.planner.refinement.alignment.pose = false;
   std::map<std::string, glm::dvec3> gains;
   for (const CityView& view : plan.views) gains[view.name] = view.gain;

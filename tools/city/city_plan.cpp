@@ -21,7 +21,7 @@ namespace fs = std::filesystem;
 using nlohmann::json;
 
 constexpr std::size_t kMost = std::size_t{1} << 31;
-constexpr int kPlanVersion = 2;
+constexpr int kPlanVersion = 3;
 constexpr std::array kPartsOfPlan{kPlanName, "surface", "blocks", "logs", "costs", "stereo", "Snakefile"};
 
 json numbers_json(const glm::dvec3& v) {
@@ -42,9 +42,11 @@ json camera_json(const Camera& camera) {
 
 json view_json(const CityView& view) {
   const LensCorrection& lens = view.correction;
+  const auto& [turn, shift] = view.motion;
   return {{"name", view.name},
           {"camera", camera_json(view.camera)},
           {"correction", {lens.focal, lens.principal.x, lens.principal.y, lens.k1, lens.k2, lens.p1, lens.p2}},
+          {"motion", {turn.x, turn.y, turn.z, shift.x, shift.y, shift.z}},
           {"gain", numbers_json(view.gain)},
           {"black_rim", view.black_rim}};
 }
@@ -110,12 +112,14 @@ Camera camera_of(const JsonPlace& place) {
 }
 
 CityView view_of(const JsonPlace& place) {
-  place.expect_keys({"name", "camera", "correction", "gain", "black_rim"}, {});
+  place.expect_keys({"name", "camera", "correction", "motion", "gain", "black_rim"}, {});
   CityView view;
   view.name = place.at("name").text();
   view.camera = camera_of(place.at("camera"));
   const std::vector<double> lens = numbers(place.at("correction"), 7);
   view.correction = {lens[0], {lens[1], lens[2]}, lens[3], lens[4], lens[5], lens[6]};
+  const std::vector<double> motion = numbers(place.at("motion"), 6);
+  view.motion = {{motion[0], motion[1], motion[2]}, {motion[3], motion[4], motion[5]}};
   view.gain = vector(place.at("gain"));
   view.black_rim = place.at("black_rim").boolean();
   return view;

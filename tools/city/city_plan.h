@@ -21,6 +21,7 @@
 #include "atlas/model/surface/chunked_surface.h"
 #include "mesh/camera.h"
 #include "mesh/lens_correction.h"
+#include "mesh/shutter_motion.h"
 #include "tools/pipeline/build_options.h"
 
 namespace lumatlas {
@@ -36,6 +37,7 @@ struct CityView {
   std::string name;
   Camera camera;              // its pose relative to the surface's offset
   LensCorrection correction;  // of the lens
+  ShutterMotion motion;       // as SceneView::motion
   glm::dvec3 gain{1.0};       // as Snapshot::gains
   bool black_rim = false;     // see SceneView::black_rim
 };

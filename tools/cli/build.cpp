@@ -53,7 +53,7 @@ void tell(const BuildFlags& flags, const BuildResult& result) {
   if (!flags.watch) std::cerr << skipped_text(result);  // with it, each was named as it was found
   for (const std::string& warning : result.warnings) std::cerr << "warning: " << warning << '\n';
   if (flags.verbose) std::cerr << refinement_log(result);
-  if (!flags.quiet) std::cerr << lenses_text(result.lenses);
+  if (!flags.quiet) std::cerr << lenses_text(result.lenses) << shutters_text(result.shutters);
 }
 
 void print_totals(const BuildFlags& flags, nlohmann::json totals) {

@@ -78,7 +78,7 @@ std::vector<Shot> shots_of_scene(const RenderFlags& flags, const Snapshot& snaps
   PictureFolders pictures;
   pictures.skip_bad = skips_bad(notes);
   SceneViews scene = read_scene_views(flags.views, snapshot.surface->offset, pictures);
-  correct_lenses(scene.views, notes, flags.model);
+  correct_photographs(scene.views, notes, flags.model);
   std::vector<std::size_t> ranks(scene.views.size());
   std::iota(ranks.begin(), ranks.end(), std::size_t{0});
   if (const auto protocol = flags.hold.protocol()) ranks = split_to_score(scene, *protocol).scored;

@@ -236,7 +236,7 @@ void run(const ValidateFlags& flags) {
   pictures.skip_bad = skips_bad(notes);
   SceneViews scene = read_scene_views(flags.views, model.snapshot.surface->offset, pictures);
   require_views_to_score(flags, options, scene);
-  correct_lenses(scene.views, notes, flags.model);
+  correct_photographs(scene.views, notes, flags.model);
   if (wants("texture-all")) {
     options.texture_all = offered_photographs(scene, options.protocol, model.validity, notes, flags.model);
   }

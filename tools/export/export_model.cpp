@@ -133,7 +133,7 @@ OfferedPhotographs offered(const Model& model, const fs::path& file, const Expor
   PictureFolders pictures = options.pictures;
   pictures.skip_bad = skips_bad(notes);
   SceneViews scene = read_scene_views(*options.scene, model.snapshot.surface->offset, pictures);
-  correct_lenses(scene.views, notes, file);
+  correct_photographs(scene.views, notes, file);
   return offered_photographs(scene, hold_out_of(notes, file), model.validity, notes, file);
 }
 

@@ -121,7 +121,7 @@ void diagnose(const std::filesystem::path& scene, const MeshInput& mesh, const V
   BuildStage stage(callback, "comparing photographs over the mesh", 0);
   result.fit = diagnose_mesh(scene, mesh.facts, mesh.mesh, mesh.offset, visibility, views, ranks);
   for (const std::string& sentence : result.fit->warnings) add_warning(sentence, result);
-  if (!result.fit->likely.empty()) result.options.refine_lenses = false;
+  if (!result.fit->likely.empty()) result.options.refine_lenses = result.options.refine_shutters = false;
   if (result.fit->black_border > 0) leave_out_black_rims(views);
   stage.finish();
 }

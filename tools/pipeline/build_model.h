@@ -44,6 +44,15 @@ struct RefinedLens {
   bool applied = false;  // the photographs were undistorted again
 };
 
+// The motions of cameras while their shutters read the photographs, and whether these were straightened.
+struct RefinedShutters {
+  // The last one that was applied, else the first; its residual before is that of the first.
+  ShutterEstimate estimate;
+  double median_px = 0;                          // median of edge_move_px() of all motions that were applied
+  std::map<std::string, ShutterMotion> motions;  // by the views' names, of points at the depth 1; empty: not applied
+  bool applied = false;
+};
+
 // A photograph that was left out because it is bad, and why: see PictureFolders::skip_bad, WatchOptions.
 struct SkippedView {
   std::string name, why;
@@ -105,7 +114,7 @@ struct BuildResult {
   std::vector<SkippedView> skipped;          // sorted by name
   std::vector<std::string> scene_notes;      // sentences: what was assumed of the scene, see SceneViews::notes
   std::optional<GeoReference> georeference;  // of BuildOptions, else SceneViews; the snapshot has it too
-  std::vector<SceneView> scene_views;        // the scene's, with what was found of their lenses
+  std::vector<SceneView> scene_views;        // the scene's, with what was found of their lenses and shutters
   std::size_t views = 0, masked_views = 0;   // in the scene
   std::size_t listed_to_score = 0;           // how many of these are SceneView::held_out
   PlannerOptions effective;                  // with every automatic value filled in, its masks those of the snapshot
@@ -114,6 +123,7 @@ struct BuildResult {
   double texel_loss_db = 0;         // with a bound on it: about the loss by texels as they are now, with all else
   double face_loss_db = 0;          // with a bound on it: about the loss by faces too, with all views; 0: none went
   std::vector<RefinedLens> lenses;  // empty: lenses were not refined
+  std::optional<RefinedShutters> shutters;  // none: they were not looked at
   double summed_coverage = 0;
   std::uint64_t stored_bytes = 0;  // all stored views', as planner/planner.h counts them
   // For RefineMode::joint: its steps, and all poses at once where they were solved for.

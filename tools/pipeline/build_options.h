@@ -89,6 +89,7 @@ struct BuildOptions {
   RefineMode refine = RefineMode::joint;  // switches off what planner.refinement has on, never on
   std::uint32_t max_polish_steps = 15;    // for RefineMode::joint, >= 1; lenses and poses may take it further
   bool refine_lenses = true;              // for RefineMode::all and joint: see planner/refinement/lens_estimate.h
+  bool refine_shutters = true;            // for RefineMode::joint: see planner/refinement/shutter_estimate.h
   std::optional<std::uint32_t> max_views = 100;  // N, >= 1; none: bounded by planner.max_bytes alone
   TileOptions tiles;                             // max_tiles: 0, for `bound` says it
   // The tiles to use instead of `tiles` in three cases: bound.gpu_bytes() has no room for all photographs whole, or

@@ -73,6 +73,9 @@ Settings<BuildOptions> tight_settings() {
 Settings<BuildOptions> further_refinement_settings() {
   return {switch_setting("refinement.lenses", &BuildOptions::refine_lenses,
                          "With --refine all or joint, correct lenses that the photographs contradict"),
+          switch_setting("refinement.shutters", &BuildOptions::refine_shutters,
+                         "With --refine joint, straighten photographs that a rolling shutter read while the camera "
+                         "moved"),
           whole_setting("refinement.polish-steps", &BuildOptions::max_polish_steps, "N", whole_number_rule(1, 10000),
                         "With --refine joint, steps of polishing all stored views together")};
 }

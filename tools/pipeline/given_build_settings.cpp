@@ -88,6 +88,7 @@ void GivenBuildSettings::check_refinement(RefineMode refine) const {
   if (refine != RefineMode::all && refine != RefineMode::joint) {
     refuse("refinement.lenses", "needs --refine all or joint");
   }
+  if (refine != RefineMode::joint) refuse("refinement.shutters", "needs --refine joint");
   if (refine != RefineMode::none && refine != RefineMode::exposure) return;
   for (const char* const setting : {"alignment.prior", "alignment.max-move"}) {
     refuse(setting, "needs --refine pose, all or joint");

@@ -157,7 +157,7 @@ Photograph load_photograph(const SceneView& view) {
   if (view.black_rim) take_out(pixels_without_rim(photograph), photograph);
   if (view.mask) take_out(pixels_of_mask(view), photograph);
   if (view.panorama) photograph = view_of_panorama(photograph, *view.panorama, pinhole_view(view.lens));
-  return undistort(std::move(photograph), view.lens, view.camera, view.correction);
+  return undistort(std::move(photograph), view.lens, view.camera, view.correction, view.motion);
 }
 
 }  // namespace lumatlas

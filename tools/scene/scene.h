@@ -12,6 +12,7 @@
 #include "mesh/camera.h"
 #include "mesh/lens_correction.h"
 #include "mesh/mesh.h"
+#include "mesh/shutter_motion.h"
 #include "tools/scene/geo_reference.h"
 #include "tools/scene/lenses/camera_model.h"
 #include "tools/scene/lenses/panorama_view.h"
@@ -27,7 +28,9 @@ struct SceneView {
   Camera camera;  // the pinhole view that the photograph is undistorted to; lens size = its size
   std::optional<std::filesystem::path> mask = std::nullopt;  // a picture, black where pixels are not to be used
   LensCorrection correction =
-      {};                  // the error of a lens whose photographs are undistorted by it alone; 0 unless one was found
+      {};  // the error of a lens whose photographs are undistorted by it alone; 0 unless one was found
+  // How the camera moved while its shutter read the photograph, of points at the depth 1; 0 unless it was found.
+  ShutterMotion motion = {};
   std::string bad = {};    // why its photograph cannot be used; empty: it can. See PictureFolders::skip_bad
   bool black_rim = false;  // a rim of it that is black was not photographed, see tools/scene/lenses/black_rim.h
   // The file is a panorama, of which this is a view; the name is then the panorama's with the view's behind a '/'.

@@ -81,6 +81,7 @@ TEST_CASE("A plan that was written is read back whole", "[city_plan]") {
     CHECK(a.camera.fx == b.camera.fx);
     CHECK(a.gain == b.gain);
     CHECK(a.correction == b.correction);
+    CHECK(a.motion == b.motion);
   }
   REQUIRE(read.blocks.size() == city.plan.blocks.size());
   for (std::size_t i = 0; i < read.blocks.size(); ++i) {
@@ -90,6 +91,17 @@ TEST_CASE("A plan that was written is read back whole", "[city_plan]") {
     CHECK(read.blocks[i].chunks == city.plan.blocks[i].chunks);
     CHECK(read.blocks[i].views == city.plan.blocks[i].views);
   }
+}
+
+TEST_CASE("A plan keeps how cameras moved while their shutters read", "[city_plan]") {
+  const SmallCity& city = planned_city();
+  const TemporaryFolder changed;
+  std::filesystem::copy(surface_folder(city.folder.path()), surface_folder(changed.path()),
+                        std::filesystem::copy_options::recursive);
+  CityPlan plan = city.plan;
+  plan.views.front().motion = {{0.01, 0.02, -0.03}, {0.1, -0.2, 0.3}};
+  write_city_plan(changed.path(), plan);
+  CHECK(read_city_plan(changed.path()).views.front().motion == plan.views.front().motion);
 }
 
 TEST_CASE("A plan that breaks a rule is refused by file, place and value", "[city_plan]") {

@@ -132,16 +132,17 @@ TEST_CASE("the fields of structs that commands have options for are rows where t
   }
   {
     const auto [mesh, mesh_frame, georeference, pictures, cells, faces, completion, measure_deviation, close_holes,
-                visibility_by, planner, refine, max_polish_steps, refine_lenses, max_views, tiles, tight_tiles, bound,
-                memory, least_scale, texture_px, hold_out, watch, any_mesh, order, sharp_first, choice, seed] =
-        BuildOptions();
+                visibility_by, planner, refine, max_polish_steps, refine_lenses, refine_shutters, max_views, tiles,
+                tight_tiles, bound, memory, least_scale, texture_px, hold_out, watch, any_mesh, order, sharp_first,
+                choice, seed] = BuildOptions();
     CHECK(count_of(mesh, mesh_frame, georeference, pictures, cells, faces, completion, measure_deviation, close_holes,
-                   visibility_by, planner, refine, max_polish_steps, refine_lenses, max_views, tiles, tight_tiles,
-                   bound, memory, least_scale, texture_px, hold_out, watch, any_mesh, order, sharp_first, choice,
-                   seed) == 28);
-    // measure_deviation, max_polish_steps, refine_lenses, tight_tiles, least_scale, order, sharp_first, choice, seed,
-    // and far_sphere of completion; the others are options, follow from --budget and --loss, or have tables.
-    CHECK(build_settings().size() == 10 + planner_settings().size() + cell_settings().size() + tile_settings().size());
+                   visibility_by, planner, refine, max_polish_steps, refine_lenses, refine_shutters, max_views, tiles,
+                   tight_tiles, bound, memory, least_scale, texture_px, hold_out, watch, any_mesh, order, sharp_first,
+                   choice, seed) == 29);
+    // measure_deviation, max_polish_steps, refine_lenses, refine_shutters, tight_tiles, least_scale, order,
+    // sharp_first, choice, seed, and far_sphere of completion; the others are options, follow from --budget and --loss,
+    // or have tables.
+    CHECK(build_settings().size() == 11 + planner_settings().size() + cell_settings().size() + tile_settings().size());
   }
 }
 

@@ -26,7 +26,7 @@ namespace lumatlas {
 
 // Returns the view as it was given.
 [[nodiscard]] inline CityView city_view(const SceneView& view) {
-  return {view.name, view.camera, view.correction, glm::dvec3(1.0), view.black_rim};
+  return {view.name, view.camera, view.correction, view.motion, glm::dvec3(1.0), view.black_rim};
 }
 
 }  // namespace lumatlas

@@ -195,7 +195,7 @@ BuildResult result_of(const PlayedSource& source, const PlaybackOptions& options
                      (record.live.last_failure.empty() ? "" : ": " + record.live.last_failure));
   }
   result.options = build_options_of(options);
-  result.options.refine_lenses = false;
+  result.options.refine_lenses = result.options.refine_shutters = false;
   result.options.completion.far_sphere = false;
   result.effective = model.planner;
   result.mesh_file = source.scene.root;

@@ -394,6 +394,7 @@ json summary(const BuildResult& result, const BuildOptions& options) {
           {"offline", offline_json(result)},
           {"parsimony", parsimony_json(result, holding)},
           {"lenses", lenses_json(result.lenses)},
+          {"shutters", shutters_json(result.shutters)},
           {"texels",
            {{"resident", holding.texels},
             {"budget", or_null(holding.texels_budget)},

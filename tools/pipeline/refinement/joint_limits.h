@@ -21,6 +21,14 @@ inline constexpr std::uint32_t kAlwaysTogether = 400;   // views that are few en
          std::to_string(kAlwaysTogether) + " keeps few enough";
 }
 
+// Returns what to tell where ShutterEstimate::too_large.
+[[nodiscard]] inline std::string shutters_too_large(std::uint32_t views) {
+  return std::to_string(views) +
+         " stored views share points with too many others to look for motions while a shutter read them: photographs "
+         "stay as they are; --max-views " +
+         std::to_string(kAlwaysTogether) + " keeps few enough";
+}
+
 // Returns how many points of each of `views` views (>= 1) to take, so that all together have about `points`.
 [[nodiscard]] constexpr std::size_t points_of_each(std::size_t points, std::uint32_t views) {
   return std::max(kFewestJointPoints, points / views);

@@ -10,6 +10,8 @@
 #include "tools/base/elapsed.h"
 #include "tools/pipeline/refinement/joint_limits.h"
 #include "tools/pipeline/refinement/lens_refinement.h"
+#include "tools/pipeline/refinement/originals.h"
+#include "tools/pipeline/refinement/shutter_refinement.h"
 
 namespace lumatlas {
 
@@ -38,7 +40,7 @@ void polish_until_rest(Planner& planner, const BuildOptions& options, BuildStage
 constexpr std::size_t kPointsTogether = 60000;
 // Each estimate is exact to first order only, and is made of photographs that the ones before have corrected. So the
 // first one that finds something need not be of all points.
-constexpr int kLensRounds = 3;
+constexpr int kLensRounds = 3, kStraightenings = 3;
 constexpr std::size_t kPointsAtFirst = 20000;
 
 bool correct_at_first(const Planner& planner, const BuildOptions& options, LensRefinement& lenses) {
@@ -53,7 +55,7 @@ bool correct_at_first(const Planner& planner, const BuildOptions& options, LensR
 // whether the last round has corrected any, and with them the poses.
 bool refine_lenses(Planner& planner, std::vector<SceneView>& views, const BuildOptions& options, BuildStage& stage,
                    BuildResult& result) {
-  LensRefinement lenses(planner, views, result.lenses, warn_of(options));
+  LensRefinement lenses(planner, views, result.lenses, warning_of_originals(options));
   if (result.polish.back().moved_px == 0 && lenses.seem_right()) {
     stage.tick();
     return false;
@@ -83,12 +85,38 @@ void solve_poses(Planner& planner, BuildStage& stage, BuildResult& result) {
   polish_once(planner, stage, result);
 }
 
+// A lens was estimated from photographs that motions had bent. What they hid of its error is found after them.
+void correct_lenses_further(Planner& planner, std::vector<SceneView>& views, const BuildOptions& options,
+                            BuildStage& stage, BuildResult& result) {
+  LensRefinement lenses(planner, views, result.lenses, warning_of_originals(options));
+  const bool corrected = lenses.correct(kPointsTogether);
+  stage.tick();
+  if (corrected) polish_once(planner, stage, result);
+}
+
+void refine_shutters(Planner& planner, std::vector<SceneView>& views, const BuildOptions& options, BuildStage& stage,
+                     BuildResult& result) {
+  const std::uint32_t stored = planner.store().stored_views();
+  if (stored == 0) return;
+  ShutterRefinement shutters(planner, views, warning_of_originals(options));
+  for (int round = 0; round < kStraightenings; ++round) {
+    const bool straightened = shutters.straighten(points_of_each(kPointsTogether, stored));
+    stage.tick();
+    if (!straightened) break;
+    polish_once(planner, stage, result);
+    if (round == 0 && options.refine_lenses) correct_lenses_further(planner, views, options, stage, result);
+  }
+  result.shutters = shutters.refined();
+  if (result.shutters->estimate.too_large) result.warnings.push_back(shutters_too_large(stored));
+}
+
 void refine_stored(Planner& planner, std::vector<SceneView>& views, const BuildOptions& options, BuildStage& stage,
                    BuildResult& result) {
   polish_once(planner, stage, result);
   const bool has_new_poses = options.refine_lenses && refine_lenses(planner, views, options, stage, result);
   if (result.polish.back().moved_px == 0) return;
   if (!has_new_poses) solve_poses(planner, stage, result);
+  if (options.refine_shutters) refine_shutters(planner, views, options, stage, result);
   polish_until_rest(planner, options, stage, result);
 }
 

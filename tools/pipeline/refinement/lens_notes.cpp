@@ -2,6 +2,7 @@
 #include "tools/pipeline/refinement/lens_notes.h"
 
 #include <cmath>
+#include <functional>
 #include <stdexcept>
 
 #include "mesh/base/errors.h"
@@ -24,6 +25,12 @@ LensCorrection correction_from(const json& value) {
                             value.at("p1"),    value.at("p2")};
   check(correction);
   return correction;
+}
+
+ShutterMotion motion_from(const json& value) {
+  ShutterMotion motion{{value.at(0), value.at(1), value.at(2)}, {value.at(3), value.at(4), value.at(5)}};
+  check(motion);
+  return motion;
 }
 
 json camera_json(const Camera& camera) {
@@ -96,6 +103,29 @@ bool found_black_borders(const ModelNotes& notes) {
 
 }  // namespace
 
+json shutters_json(const std::optional<RefinedShutters>& shutters) {
+  if (!shutters) return {};
+  const ShutterEstimate& estimate = shutters->estimate;
+  json motions = json::object();
+  for (const auto& [name, motion] : shutters->motions) {
+    motions[name] = {motion.turn.x, motion.turn.y, motion.turn.z, motion.shift.x, motion.shift.y, motion.shift.z};
+  }
+  return {{"views", estimate.views},
+          {"points", estimate.points},
+          {"residual", {{"before", estimate.residual.before}, {"after", estimate.residual.after}}},
+          {"too_large", estimate.too_large},
+          {"median_px", shutters->median_px},
+          {"applied", shutters->applied},
+          {"motions", std::move(motions)}};
+}
+
+std::string shutters_text(const std::optional<RefinedShutters>& shutters) {
+  if (!shutters || !shutters->applied) return {};
+  return "rolling shutter: while it read a photograph, the camera moved the picture by " +
+         number_text(shutters->median_px, 1) + " px in the median; " + std::to_string(shutters->motions.size()) +
+         " photographs straightened\n";
+}
+
 void leave_out_black_rims(std::vector<SceneView>& views) {
   for (SceneView& view : views) view.black_rim = true;
 }
@@ -134,24 +164,52 @@ void correct_lenses(std::vector<SceneView>& views, std::span<const RefinedLens> 
   }
 }
 
-void correct_lenses(std::vector<SceneView>& views, const ModelNotes& notes, const std::filesystem::path& model) {
-  if (found_black_borders(notes)) leave_out_black_rims(views);
-  const json::json_pointer where("/summary/lenses");
-  if (!notes.plan.contains(where)) return;
+namespace {
+
+void correct_lenses_by(const json& lenses, std::vector<SceneView>& views) {
+  if (!lenses.is_array()) throw std::invalid_argument("a list is missing");
+  for (const json& lens : lenses) {
+    if (!lens.at("applied").get<bool>()) continue;
+    correct(views, camera_from(lens.at("camera")), correction_from(lens.at("correction")));
+  }
+}
+
+// Calls `correct` with what the notes have at a place.
+void correct_by_notes(const char* where, const ModelNotes& notes, const std::filesystem::path& model,
+                      const std::function<void(const json& noted)>& correct) {
+  const json::json_pointer place(where);
+  if (!notes.plan.contains(place)) return;
   try {
-    const json& lenses = notes.plan.at(where);
-    if (!lenses.is_array()) throw std::invalid_argument("a list is missing");
-    for (const json& lens : lenses) {
-      if (!lens.at("applied").get<bool>()) continue;
-      correct(views, camera_from(lens.at("camera")), correction_from(lens.at("correction")));
-    }
+    correct(notes.plan.at(place));
   } catch (const json::exception& error) {
-    throw InputError(model.string() + ": its notes on a lens cannot be read (" + error.what() +
+    throw InputError(model.string() + ": its notes on lenses or shutters cannot be read (" + error.what() +
                      "): build the model again");
   } catch (const std::invalid_argument& error) {
-    throw InputError(model.string() + ": its notes on a lens have impossible values (" + error.what() +
+    throw InputError(model.string() + ": its notes on lenses or shutters have impossible values (" + error.what() +
                      "): build the model again");
   }
+}
+
+void straighten_by(const json& shutters, std::vector<SceneView>& views) {
+  if (shutters.is_null() || !shutters.at("applied").get<bool>()) return;
+  const json& motions = shutters.at("motions");
+  if (!motions.is_object()) throw std::invalid_argument("motions are missing");
+  for (SceneView& view : views) {
+    const auto found = motions.find(view.name);
+    if (found != motions.end()) view.motion = motion_from(*found);
+  }
+}
+
+}  // namespace
+
+void correct_lenses(std::vector<SceneView>& views, const ModelNotes& notes, const std::filesystem::path& model) {
+  if (found_black_borders(notes)) leave_out_black_rims(views);
+  correct_by_notes("/summary/lenses", notes, model, [&](const json& lenses) { correct_lenses_by(lenses, views); });
+}
+
+void correct_photographs(std::vector<SceneView>& views, const ModelNotes& notes, const std::filesystem::path& model) {
+  correct_lenses(views, notes, model);
+  correct_by_notes("/summary/shutters", notes, model, [&](const json& shutters) { straighten_by(shutters, views); });
 }
 
 }  // namespace lumatlas

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The lens corrections of a build, kept in the model's notes so that the photographs of the scene can be undistorted as
-// those in the model are.
+// What a build corrected in its photographs, lenses and motions while a shutter read them, kept in the model's notes so
+// that photographs of the scene can be corrected as those in the model are.
 #pragma once
 
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -21,6 +22,12 @@ namespace lumatlas {
 // lens whose estimate moves a corner by half a pixel or more and was not applied.
 [[nodiscard]] std::string lenses_text(std::span<const RefinedLens> lenses);
 
+// "shutters": null where they were not refined.
+[[nodiscard]] nlohmann::json shutters_json(const std::optional<RefinedShutters>& shutters);
+
+// One line, or none where the photographs were left as they are.
+[[nodiscard]] std::string shutters_text(const std::optional<RefinedShutters>& shutters);
+
 // Takes black rims out of all photographs that are read from now on.
 void leave_out_black_rims(std::vector<SceneView>& views);
 
@@ -31,5 +38,8 @@ void correct_lenses(std::vector<SceneView>& views, std::span<const RefinedLens> 
 // borders, they are left out of these views too (SceneView::black_rim). Throws InputError, naming `model`, if what
 // stands there is no correction.
 void correct_lenses(std::vector<SceneView>& views, const ModelNotes& notes, const std::filesystem::path& model);
+
+// The same, and gives the views of the scene that the model was built of the motions of those that are stored there.
+void correct_photographs(std::vector<SceneView>& views, const ModelNotes& notes, const std::filesystem::path& model);
 
 }  // namespace lumatlas

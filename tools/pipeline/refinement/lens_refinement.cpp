@@ -2,14 +2,13 @@
 #include "tools/pipeline/refinement/lens_refinement.h"
 
 #include <algorithm>
-#include <filesystem>
 #include <memory>
 #include <string>
 
 #include "mesh/base/errors.h"
-#include "mesh/base/number_text.h"
 #include "tools/pipeline/refinement/joint_limits.h"
 #include "tools/pipeline/refinement/lens_notes.h"
+#include "tools/pipeline/refinement/originals.h"
 
 namespace lumatlas {
 
@@ -24,18 +23,6 @@ constexpr double kLeastFurtherImprovement = 0.003;
 
 double least_improvement(const RefinedLens& lens) {
   return lens.applied ? kLeastFurtherImprovement : LensOptions{}.least_improvement;
-}
-
-// Throws InputError unless the view's photograph and mask can be opened and have the size that they had.
-void require_files(const SceneView& view) {
-  const auto require_size = [&](const std::filesystem::path& file, Orientation orientation) {
-    const ImageSize size = photograph_size(file, orientation);
-    if (size.width == view.camera.width && size.height == view.camera.height) return;
-    throw InputError(file.string() + ": is " + size_text(size.width, size.height) + " pixels now, not " +
-                     size_text(view.camera.width, view.camera.height));
-  };
-  require_size(view.image, view.orientation);
-  if (view.mask) require_size(*view.mask, Orientation::as_stored);
 }
 
 // Adds a further estimate to the correction that was applied.
@@ -79,16 +66,12 @@ bool LensRefinement::seem_right() {
   return true;
 }
 
-const SceneView& LensRefinement::view_of(const std::string& name) const {
-  return *std::find_if(views_.begin(), views_.end(), [&](const SceneView& view) { return view.name == name; });
-}
-
 // Returns whether the files of all photographs whose lens is to be corrected are there; warns if one is not.
 bool LensRefinement::find_originals(const LensEstimates& estimates) {
   try {
     for (const LensEstimate& lens : estimates.lenses) {
       for (const ViewSlot slot : lens.slots) {
-        if (lens.significant) require_files(view_of(planner_.store().name_of(slot)));
+        if (lens.significant) require_original(view_named(views_, planner_.store().name_of(slot)));
       }
     }
   } catch (const InputError& error) {
@@ -117,14 +100,8 @@ bool LensRefinement::correct(std::size_t points) {
   if (!estimates.significant()) return false;
   correct_lenses(views_, lenses_);
   planner_.refiner().correct_lenses(
-      estimates, [&](std::uint32_t, const std::string& name) { return load_photograph(view_of(name)); });
+      estimates, [&](std::uint32_t, const std::string& name) { return load_photograph(view_named(views_, name)); });
   return true;
-}
-
-LensRefinement::Warn warn_of(const BuildOptions& options) {
-  if (!options.watch) return {};
-  if (!options.watch->warn) return [](const std::string&) {};
-  return options.watch->warn;
 }
 
 void count_views(const Atlas& atlas, std::vector<RefinedLens>& lenses) {

@@ -5,7 +5,6 @@
 
 #include <cstddef>
 #include <cstdint>
-#include <functional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -13,17 +12,18 @@
 #include "atlas/atlas.h"
 #include "planner/planner.h"
 #include "tools/pipeline/build_model.h"
+#include "tools/pipeline/refinement/originals.h"
 #include "tools/scene/scene.h"
 
 namespace lumatlas {
 
 class LensRefinement {
  public:
-  using Warn = std::function<void(const std::string&)>;
   // `views` holds all that are stored; their corrections follow the lenses. `lenses`: what is known of each. Both must
   // outlive this object, and both may grow. `warn`, which may be empty, is told in a sentence why lenses stay as they
   // are: see correct().
-  LensRefinement(Planner& planner, std::vector<SceneView>& views, std::vector<RefinedLens>& lenses, Warn warn)
+  LensRefinement(Planner& planner, std::vector<SceneView>& views, std::vector<RefinedLens>& lenses,
+                 WarnOfOriginals warn)
       : planner_(planner), views_(views), lenses_(lenses), warn_(std::move(warn)) {}
 
   // A look at few points, which is enough where no view had to move: whether it shows that no lens is wrong. Poses that
@@ -38,18 +38,14 @@ class LensRefinement {
  private:
   [[nodiscard]] RefinedLens& lens_of(const Camera& camera);
   void note(const LensEstimates& estimates);
-  [[nodiscard]] const SceneView& view_of(const std::string& name) const;
   bool find_originals(const LensEstimates& estimates);
 
   Planner& planner_;
   std::vector<SceneView>& views_;
   std::vector<RefinedLens>& lenses_;
-  Warn warn_;
+  WarnOfOriginals warn_;
   bool lost_originals_ = false;
 };
-
-// Returns the warning for a watched scene, whose build goes on without files that are gone. Empty for other scenes.
-[[nodiscard]] LensRefinement::Warn warn_of(const BuildOptions& options);
 
 // Counts the stored views of each lens.
 void count_views(const Atlas& atlas, std::vector<RefinedLens>& lenses);

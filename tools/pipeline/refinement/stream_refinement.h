@@ -23,7 +23,10 @@ class StreamRefinement {
   // The objects that the references name must outlive this object; `views` and `lenses` as for LensRefinement.
   StreamRefinement(Planner& planner, std::vector<SceneView>& views, std::vector<RefinedLens>& lenses,
                    const BuildOptions& options)
-      : planner_(planner), lenses_(lenses), refinement_(planner, views, lenses, warn_of(options)), options_(options) {}
+      : planner_(planner),
+        lenses_(lenses),
+        refinement_(planner, views, lenses, warning_of_originals(options)),
+        options_(options) {}
 
   // Prepares a view that is about to be offered: its photograph is undistorted by what is known of its lens.
   void before_offer(SceneView& view) const;

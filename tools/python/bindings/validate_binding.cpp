@@ -53,7 +53,7 @@ py::object validate(const Model& model, const Scene& scene, std::optional<std::s
     options.told = [&](std::size_t done, std::size_t total) { told.tell("validating", done, total); };
     SceneViews views = read_scene_views(scene.path, model.offset(), scene.pictures);
     if (!options.protocol) options.protocol = protocol_to_score(model, views);
-    correct_lenses(views.views, model.notes(), model.path());
+    correct_photographs(views.views, model.notes(), model.path());
     const EglContext context;
     scores = report_json(validate_model(model.model().snapshot, views, context, options, std::filesystem::path()));
   }

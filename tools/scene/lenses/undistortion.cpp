@@ -26,17 +26,26 @@ double largest_radius(const Camera& view) {
   return std::hypot(x, y);
 }
 
+double squared(double value) {
+  return value * value;
+}
+
 // The position in the lens's photograph from which a pixel of a view takes its colour.
 class SourceOfPixel {
  public:
-  SourceOfPixel(const CameraModel& lens, const Camera& view, const LensCorrection& correction = {})
-      : SourceOfPixel(lens, view, reach(lens, largest_radius(view)), correction) {}
-  SourceOfPixel(const CameraModel& lens, const Camera& view, double lens_reach, const LensCorrection& correction = {})
-      : lens_(lens), view_(view), correction_(correction), squared_reach_(lens_reach * lens_reach) {}
+  SourceOfPixel(const CameraModel& lens, const Camera& view, const LensCorrection& correction = {},
+                const ShutterMotion& motion = {})
+      : lens_(lens),
+        view_(view),
+        correction_(correction),
+        motion_(motion),
+        squared_reach_(squared(reach(lens, largest_radius(view)))) {}
+  SourceOfPixel(const CameraModel& lens, const Camera& view, double lens_reach)
+      : lens_(lens), view_(view), squared_reach_(squared(lens_reach)) {}
 
   // `margin`: how far inside the photograph's edges the place must be, pixels.
   [[nodiscard]] std::optional<glm::dvec2> operator()(const glm::dvec2& pixel, double margin = 0) const {
-    const glm::dvec2 given = uncorrected(correction_, view_, pixel);
+    const glm::dvec2 given = uncorrected(correction_, view_, when_read(motion_, view_, pixel));
     const double x = (given.x - view_.cx) / view_.fx;
     const double y = (given.y - view_.cy) / view_.fy;
     if (!(x * x + y * y <= squared_reach_)) {
@@ -52,6 +61,7 @@ class SourceOfPixel {
   const CameraModel& lens_;
   const Camera& view_;
   LensCorrection correction_;
+  ShutterMotion motion_;
   double squared_reach_;
 };
 
@@ -185,16 +195,17 @@ Camera pinhole_view(const CameraModel& lens) {
 }
 
 Photograph undistort(Photograph photograph, const CameraModel& lens, const Camera& view,
-                     const LensCorrection& correction) {
+                     const LensCorrection& correction, const ShutterMotion& motion) {
   check(correction);
+  check(motion);
   require_size("photograph", photograph.width, photograph.height, lens);
   require_size("view", view.width, view.height, lens);
-  if (!is_distorted(lens) && correction == LensCorrection{}) {
+  if (!is_distorted(lens) && correction == LensCorrection{} && motion == ShutterMotion{}) {
     return photograph;
   }
   const std::size_t pixels = std::size_t{view.width} * view.height;
   Photograph out{view.width, view.height, std::vector<std::uint8_t>(3 * pixels), std::vector<std::uint8_t>(pixels)};
-  const SourceOfPixel source(lens, view, correction);
+  const SourceOfPixel source(lens, view, correction, motion);
   std::vector<std::uint8_t> complete(view.height);
   tbb::parallel_for(tbb::blocked_range<std::uint32_t>(0, view.height, 8), [&](const auto& rows) {
     std::vector<Place> places(view.width);

@@ -5,6 +5,7 @@
 #include "atlas/images/photograph.h"
 #include "mesh/camera.h"
 #include "mesh/lens_correction.h"
+#include "mesh/shutter_motion.h"
 #include "tools/scene/lenses/camera_model.h"
 
 namespace lumatlas {
@@ -23,10 +24,11 @@ inline constexpr double kLargestZoom = 1.1;
 // `photograph`, of the lens's size, resampled bilinearly to `view`, which is pinhole_view(lens) with any pose. Pixels
 // that the lens did not see, or sees only beyond a fold of its distortion, are black with valid = 0; `valid` is empty
 // if there are none. The mask of the photograph itself is honoured. Without distortion the photograph comes back as it
-// is. `correction` says what is wrong with a picture that is undistorted by the lens alone: both are undone at once, so
-// that nothing is resampled twice. Throws std::invalid_argument if the photograph or the view has another size than the
-// lens, or if the correction does not pass check().
+// is. `correction` says what is wrong with a picture that is undistorted by the lens alone, and `motion` how the camera
+// moved while its shutter read the photograph, of points at the depth 1: all are undone at once, so that nothing is
+// resampled twice. Throws std::invalid_argument if the photograph or the view has another size than the lens, or if the
+// correction or the motion does not pass check().
 [[nodiscard]] Photograph undistort(Photograph photograph, const CameraModel& lens, const Camera& view,
-                                   const LensCorrection& correction = {});
+                                   const LensCorrection& correction = {}, const ShutterMotion& motion = {});
 
 }  // namespace lumatlas

@@ -159,7 +159,7 @@ void check_page(const TemporaryFolder& folder, const std::string& model) {
   // The page's coordinates are the model's, from which the offset is subtracted.
   const Model built = read_model(model);
   SceneViews scene = read_scene_views(model + "-capture", built.snapshot.surface->offset);
-  correct_lenses(scene.views, read_model_notes(model), model);
+  correct_photographs(scene.views, read_model_notes(model), model);
   std::vector<Photograph> held_out;
   std::vector<Camera> cameras;
   for (const std::size_t rank : split(scene, HoldOut{8, 1}).scored) {

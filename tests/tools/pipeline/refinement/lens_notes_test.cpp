@@ -126,7 +126,7 @@ TEST_CASE("a lens that a scene states wrongly is found, and photographs are undi
   const double wrong = mean_difference(load_photograph(views.views[0]), as_taken(0));
   const auto path = out / "model";
   (void)save_model(built, path, {.format = ImageFormat::png});
-  correct_lenses(views.views, read_model_notes(path), path);
+  correct_photographs(views.views, read_model_notes(path), path);
   for (const std::size_t held_out : {std::size_t{0}, std::size_t{6}}) {
     CHECK(views.views[held_out].correction == lens.estimate.correction);
     CHECK(mean_difference(load_photograph(views.views[held_out]), as_taken(held_out)) < 0.6 * wrong);
@@ -246,7 +246,7 @@ TEST_CASE("notes about lenses that are none are refused, and those of other prog
     ModelNotes notes;
     notes.plan = {{"summary", {{"lenses", nlohmann::json::parse(lenses)}}}};
     try {
-      correct_lenses(views, notes, "model.glb");
+      correct_photographs(views, notes, "model.glb");
     } catch (const InputError& error) {
       return std::string(error.what());
     }
@@ -257,12 +257,12 @@ TEST_CASE("notes about lenses that are none are refused, and those of other prog
   for (const char* const lenses : {"5", "[5]", "[{}]", R"([{"applied": true}])", R"({"applied": 3})",
                                    R"([{"applied": true, "camera": {"width": -1}}])"}) {
     CAPTURE(lenses);
-    CHECK(refused(lenses).find("model.glb: its notes on a lens ") == 0);
+    CHECK(refused(lenses).find("model.glb: its notes on lenses or shutters ") == 0);
   }
-  CHECK_NOTHROW(correct_lenses(views, ModelNotes{}, "model.glb"));
+  CHECK_NOTHROW(correct_photographs(views, ModelNotes{}, "model.glb"));
   ModelNotes foreign;
   foreign.plan = {{"summary", 3}};
-  CHECK_NOTHROW(correct_lenses(views, foreign, "model.glb"));
+  CHECK_NOTHROW(correct_photographs(views, foreign, "model.glb"));
   CHECK(views[0].correction == LensCorrection{});
 }
 
