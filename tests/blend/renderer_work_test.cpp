@@ -124,16 +124,20 @@ TEST_CASE("a new mask uploads masks and no photograph") {
   const std::optional<EglContext> context = context_or_skip({.debug = true, .embedded = embedded});
   if (!context) return;
   Followed followed(layout);
-  followed.change_view([](StoredView& view) {
-    std::vector<std::uint8_t>& validity = own_mask(view).validity.values();
-    for (std::size_t pixel = 0; pixel < validity.size(); pixel += 2) {
-      if (validity[pixel] > 1) validity[pixel] /= 2;  // what is valid stays valid
-    }
-  });
-  const RendererWork of_mask = followed.show();
+  const auto halve_validity = [&] {
+    followed.change_view([](StoredView& view) {
+      std::vector<std::uint8_t>& validity = own_mask(view).validity.values();
+      for (std::size_t pixel = 0; pixel < validity.size(); pixel += 2) {
+        if (validity[pixel] > 1) validity[pixel] /= 2;  // what is valid stays valid
+      }
+    });
+    return followed.show();
+  };
+  CHECK(halve_validity().color_bytes == 0);
+  const RendererWork of_mask = halve_validity();
   CHECK(of_mask.color_bytes == 0);
   CHECK(of_mask.mask_bytes > 0);
-  CHECK(of_mask.depth_bytes == 0);  // what is valid and how deep it lies is as before
+  CHECK(of_mask.depth_bytes == 0);  // what is whole, what is valid and how deep it lies is as before
   followed.refer_to_less(0);
   (void)followed.show();
   CHECK(followed.is_exact());
