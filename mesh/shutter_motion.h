@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// How a camera moves while a rolling shutter reads its picture, line by line, from one end to the other.
+// The motion of a camera while a rolling shutter reads its picture, line by line, from one end to the other.
 #pragma once
 
 #include <glm/vec2.hpp>

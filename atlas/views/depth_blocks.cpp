@@ -64,7 +64,7 @@ bool may_be_asked(const StoredView& view, std::uint32_t x, std::uint32_t y) {
   return false;
 }
 
-// Whether all pixels of the block whose first pixel is (x, y), and those next to it, are wholly valid.
+// Returns whether all pixels of the block whose first pixel is (x, y), and those next to it, are wholly valid.
 bool is_whole(const StoredView& view, std::uint32_t x, std::uint32_t y) {
   constexpr std::uint8_t kWhollyValid = 255;
   const std::uint32_t end_x = std::min(x + kDepthBlockSide + 1, view.camera.width);

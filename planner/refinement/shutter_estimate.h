@@ -42,14 +42,13 @@ struct ShutterEstimate {
   std::size_t views = 0;               // that took part
   std::size_t points = 0;              // that were fitted to
   bool too_large = false;              // see PoseEstimate::too_large
-  // Of the best poses and exposures without motions, and with them.
-  LensResidual residual;
-  double median_px = 0;  // median over the views of edge_move_px()
+  LensResidual residual;               // with the best poses and exposures: without motions, and with them
+  double median_px = 0;                // median over the views of edge_move_px()
   // The residual falls by ShutterOptions::least_improvement or more, and the median is at least half a pixel.
   bool significant = false;
 };
 
-// As estimate_lenses(), with lenses as they are.
+// Takes and refuses the same as estimate_lenses(), and leaves lenses as they are.
 [[nodiscard]] ShutterEstimate estimate_shutters(const Atlas& atlas, std::span<const std::optional<ComparedView>> views,
                                                 std::span<const Camera> given,
                                                 std::span<const std::vector<SurfaceSample>> samples,

@@ -3,7 +3,7 @@
 // is the join of pieces that the caller has meshed. Each version keeps the faces, and so the cells, of what has hardly
 // changed since the one before. Erat et al. 2019, section 5, ask for it.
 //
-// Of a version, what has changed since the one before is cut out, repaired and divided into cells. What stays is copied
+// A version is cut out, repaired and divided into cells where it has changed since the one before. What stays is copied
 // and compared, which takes a time that grows with the scene: tools/live/README.md has measurements.
 #pragma once
 

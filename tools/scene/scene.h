@@ -29,7 +29,7 @@ struct SceneView {
   std::optional<std::filesystem::path> mask = std::nullopt;  // a picture, black where pixels are not to be used
   LensCorrection correction =
       {};  // the error of a lens whose photographs are undistorted by it alone; 0 unless one was found
-  // How the camera moved while its shutter read the photograph, of points at the depth 1; 0 unless it was found.
+  // The motion of the camera while its shutter read the photograph, for points at the depth 1; 0 unless it was found.
   ShutterMotion motion = {};
   std::string bad = {};    // why its photograph cannot be used; empty: it can. See PictureFolders::skip_bad
   bool black_rim = false;  // a rim of it that is black was not photographed, see tools/scene/lenses/black_rim.h

@@ -48,7 +48,7 @@ struct TurningRoom {
     planner.refiner().polish();
   }
 
-  // As it is read from its file, straightened by a motion.
+  // Returns the photograph that the file gives once it is straightened by a motion.
   [[nodiscard]] Photograph photograph(std::size_t number, const ShutterMotion& straightened_by) const {
     const Camera camera = painted_camera(number);
     const ShutterMotion motion = motion_of_view(number, turn_px);
@@ -57,8 +57,8 @@ struct TurningRoom {
     });
   }
 
-  // By how many pixels estimated motions miss the true ones: the median over the views of the most over a picture. All
-  // pictures may share a shear that their poses hide, and the room's lines are curved by it in none.
+  // Returns the pixels by which estimated motions miss the true ones: the median over the views of the most over a
+  // picture.
   [[nodiscard]] double miss_px(const std::vector<ShutterMotion>& motions) const {
     std::vector<double> misses;
     for (ViewSlot slot{0}; slot < atlas.capacity(); ++slot) {
@@ -121,8 +121,9 @@ TEST_CASE("photographs of cameras at rest are left alone") {
   CAPTURE(estimate.median_px, estimate.residual.before, estimate.residual.after);
   CHECK_FALSE(estimate.significant);
   CHECK(estimate.median_px < 0.5);
-  room.planner.refiner().correct_shutters(
-      estimate, [](ViewSlot, const std::string&) -> Photograph { throw std::logic_error("none is to be made again"); });
+  room.planner.refiner().correct_shutters(estimate, [](ViewSlot, const std::string&) -> Photograph {
+    throw std::logic_error("no photograph has changed");
+  });
 }
 
 TEST_CASE("too many operations, too few points and wrong options are told") {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Where the bytes of a stream come from: FrameSocket and FrameInput.
+// Sources of a stream's bytes: FrameSocket and FrameInput.
 #pragma once
 
 #include <chrono>

@@ -322,7 +322,7 @@ class Receiver {
   }
 
  private:
-  // What came before an input fails stays.
+  // Ends the stream where its input fails, and keeps what came before.
   FrameSource::Received received() {
     try {
       return from_.receive(kLook);

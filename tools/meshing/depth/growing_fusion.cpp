@@ -101,7 +101,7 @@ struct GrowingFusion::State {
     drop_of(first_vertex);
   }
 
-  // Shows what is to be shown anew, and returns the blocks in the order in which the surface has them.
+  // Shows anew what has changed, or everything, and returns the blocks in the order in which the surface has them.
   std::vector<std::uint32_t> show_changed(Show what) {
     for (std::uint32_t block = 0; block < blocks.size(); ++block) {
       const bool more = what == Show::everything ? weight[block] > shown_weight[block]

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// What a build corrected in its photographs, lenses and motions while a shutter read them, kept in the model's notes so
-// that photographs of the scene can be corrected as those in the model are.
+// Keeps the corrections of a build, of lenses and of motions while a shutter read, in the model's notes, so that
+// photographs of the scene can be corrected as those in the model are.
 #pragma once
 
 #include <nlohmann/json.hpp>
