@@ -168,11 +168,9 @@ LensEstimates estimate_lenses(const Atlas& atlas, std::span<const std::optional<
                               std::span<const Camera> given, std::span<const std::vector<SurfaceSample>> samples,
                               const LensOptions& options) {
   constexpr Requirement lens_estimate_requires{"lenses"};
-  lens_estimate_requires(options.most_points >= 1, "most_points", 0, "at least 1");
-  lens_estimate_requires(options.least_improvement > 0 && options.least_improvement < 1, "least_improvement",
-                         options.least_improvement, "in (0, 1)");
+  check_least_improvement(options.least_improvement, lens_estimate_requires);
   const JointInput input{atlas, views, given, samples};
-  check(input, lens_estimate_requires);
+  check(input, options.most_points, lens_estimate_requires);
   return Estimator(input, options).estimate();
 }
 

@@ -23,9 +23,8 @@ PoseEstimate estimate_poses(const Atlas& atlas, std::span<const std::optional<Co
                             std::span<const Camera> given, std::span<const std::vector<SurfaceSample>> samples,
                             const PoseOptions& options) {
   constexpr Requirement pose_estimate_requires{"poses"};
-  pose_estimate_requires(options.most_points >= 1, "most_points", 0, "at least 1");
   const JointInput input{atlas, views, given, samples};
-  check(input, pose_estimate_requires);
+  check(input, options.most_points, pose_estimate_requires);
   JointSolver solver(input, {options.alignment, options.most_points, options.cancel_check});
   PoseEstimate result;
   result.cameras = solver.state().cameras;

@@ -27,11 +27,9 @@ ShutterEstimate estimate_shutters(const Atlas& atlas, std::span<const std::optio
                                   std::span<const Camera> given, std::span<const std::vector<SurfaceSample>> samples,
                                   const ShutterOptions& options) {
   constexpr Requirement shutter_estimate_requires{"shutters"};
-  shutter_estimate_requires(options.most_points >= 1, "most_points", 0, "at least 1");
-  shutter_estimate_requires(options.least_improvement > 0 && options.least_improvement < 1, "least_improvement",
-                            options.least_improvement, "in (0, 1)");
+  check_least_improvement(options.least_improvement, shutter_estimate_requires);
   const JointInput input{atlas, views, given, samples};
-  check(input, shutter_estimate_requires);
+  check(input, options.most_points, shutter_estimate_requires);
   JointSolver solver(input, {options.alignment, options.most_points, options.cancel_check});
   ShutterEstimate result;
   result.motions.resize(views.size());

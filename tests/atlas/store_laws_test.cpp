@@ -320,14 +320,19 @@ TEST_CASE("a snapshot costs what has changed: a moved view looks at no other vie
   CHECK(forward.colors() == backward.colors());
 }
 
-TEST_CASE("a snapshot costs what has changed: where a vertex moved, samples of that vertex") {
-  constexpr std::size_t kViews = 5;
-  const auto surface = wall_and_panel(kCells);
+std::vector<std::shared_ptr<const StoredView>> five_views(const Surface& surface) {
   std::vector<std::shared_ptr<const StoredView>> views;
-  const std::vector<glm::dvec3> gains(kViews, glm::dvec3(1));
-  for (ViewSlot slot{0}; slot < kViews; ++slot) {
-    views.push_back(std::make_shared<const StoredView>(small_view(*surface, "a", slot)));
+  for (ViewSlot slot{0}; slot < 5; ++slot) {
+    views.push_back(std::make_shared<const StoredView>(small_view(surface, "a", slot)));
   }
+  return views;
+}
+
+TEST_CASE("a snapshot costs what has changed: where a vertex moved, samples of that vertex") {
+  const auto surface = wall_and_panel(kCells);
+  std::vector<std::shared_ptr<const StoredView>> views = five_views(*surface);
+  const std::size_t kViews = views.size();
+  const std::vector<glm::dvec3> gains(kViews, glm::dvec3(1));
   VertexColors colors;
   (void)colors.of(surface, views, gains);
   auto before = surface;
@@ -352,13 +357,10 @@ TEST_CASE("a snapshot costs what has changed: where a vertex moved, samples of t
 }
 
 TEST_CASE("a snapshot costs what has changed: of a surface that has grown, samples of the vertices at new places") {
-  constexpr std::size_t kViews = 5;
   const auto surface = wall_and_panel(kCells);
-  std::vector<std::shared_ptr<const StoredView>> views;
+  std::vector<std::shared_ptr<const StoredView>> views = five_views(*surface);
+  const std::size_t kViews = views.size();
   const std::vector<glm::dvec3> gains(kViews, glm::dvec3(1));
-  for (ViewSlot slot{0}; slot < kViews; ++slot) {
-    views.push_back(std::make_shared<const StoredView>(small_view(*surface, "a", slot)));
-  }
   VertexColors colors;
   (void)colors.of(surface, views, gains);
   const auto next = std::make_shared<Surface>(*surface);

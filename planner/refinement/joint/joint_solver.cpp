@@ -50,7 +50,12 @@ Squares squares_of(const std::vector<Linearised>& all) {
 
 }  // namespace
 
-void check(const JointInput& input, const Requirement& requires_) {
+void check_least_improvement(double share, const Requirement& requires_) {
+  requires_(share > 0 && share < 1, "least_improvement", share, "in (0, 1)");
+}
+
+void check(const JointInput& input, std::size_t most_points, const Requirement& requires_) {
+  requires_(most_points >= 1, "most_points", 0, "at least 1");
   const std::size_t slots = input.atlas.capacity();
   requires_.has_size(input.views.size(), slots, "views", "the atlas's capacity");
   requires_.has_size(input.given.size(), slots, "given", "the atlas's capacity");

@@ -31,9 +31,11 @@ struct JointInput {
   std::span<const std::vector<SurfaceSample>> samples;
 };
 
-// Throws std::invalid_argument if there are not as many of each as the atlas has view slots, or if a sample's face is
-// not in the mesh.
-void check(const JointInput& input, const Requirement& requires_);
+// Throws std::invalid_argument if there are not as many of each as the atlas has view slots, if a sample's face is not
+// in the mesh, or if `most_points` is 0.
+void check(const JointInput& input, std::size_t most_points, const Requirement& requires_);
+// Throws std::invalid_argument unless the share of the residual by which an estimate must lower it is in (0, 1).
+void check_least_improvement(double share, const Requirement& requires_);
 
 struct JointOptions {
   AlignmentOptions alignment;  // its prior and max_move: how strongly poses are pulled to the given ones
