@@ -73,7 +73,7 @@ struct Known {
   std::uint32_t changes = ~0u;
 };
 
-struct Candidate {
+struct TileCandidate {
   ViewTile tile;
   Range parts;
 };
@@ -163,7 +163,7 @@ class Chooser {
 
   std::vector<CellState> cells_;
   std::vector<Part> parts_;
-  std::vector<Candidate> candidates_;  // ascending by view, then by tile
+  std::vector<TileCandidate> candidates_;  // ascending by view, then by tile
   std::vector<WholeView> whole_views_;
   std::vector<std::uint32_t> first_tile_of_cell_;  // one more than there are cells
   std::vector<TileOfCell> tiles_of_cells_;         // for each cell ascending by candidate, and so by view
@@ -365,7 +365,7 @@ void Chooser::add_whole_view(std::uint32_t first_tile) {
 
 void Chooser::list_tiles_of_cells() {
   first_tile_of_cell_.assign(cells_.size() + 1, 0);
-  for (const Candidate& candidate : candidates_) {
+  for (const TileCandidate& candidate : candidates_) {
     for (std::uint32_t part = candidate.parts.first; part < candidate.parts.end; ++part) {
       ++first_tile_of_cell_[parts_[part].cell + 1];
     }
@@ -606,7 +606,7 @@ TileChoice Chooser::chosen_from_all(std::size_t count) {
 }
 
 TileChoice Chooser::brought_up_to_date(std::span<const ViewTile> resident, std::size_t count) {
-  const auto before = [](const Candidate& candidate, const ViewTile& tile) {
+  const auto before = [](const TileCandidate& candidate, const ViewTile& tile) {
     return std::tie(candidate.tile.view, candidate.tile.tile) < std::tie(tile.view, tile.tile);
   };
   for (const ViewTile& tile : resident) {

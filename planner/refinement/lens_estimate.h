@@ -9,9 +9,8 @@
 // the other views' medians; they change with the correction and with those views' poses, and the derivatives say so.
 //
 // Along a walk, where each view shares points with its neighbours, time and memory grow with the number of stored
-// views. Where all views share points, time grows with the cube of their number, and memory with its square: 4 MB at
-// 100 views; beyond LensOptions::most_operations nothing is solved, and the result says so. The capacity of the atlas
-// makes no difference.
+// views. Where all views share points, memory grows with the square of their number, 4 MB at 100 views, and time with
+// its cube up to LensOptions::most_operations, with its square beyond. The capacity of the atlas makes no difference.
 #pragma once
 
 #include <cstddef>
@@ -62,13 +61,18 @@ struct LensEstimates {
   std::size_t points = 0;            // that were fitted to
   std::size_t unknowns = 0;          // that were solved for together; 0 with no view
   std::vector<Camera> cameras;       // one per view slot: intrinsics as they were, poses refined along
-  bool too_large = false;            // see PoseEstimate::too_large; no lens is significant then
+  // There are more lenses than kMostLensesOfManyViews, and more views than equations can be factored for: nothing was
+  // solved and no lens is significant.
+  bool too_many = false;
 
   // Returns whether any field is significant.
   [[nodiscard]] bool significant() const;
   // Returns whether more points might make the estimate significant.
   [[nodiscard]] bool undecided() const;
 };
+
+// Lenses whose deviations are found where equations are not factored: each takes seven solutions.
+inline constexpr std::size_t kMostLensesOfManyViews = 16;
 
 struct LensOptions {
   AlignmentOptions alignment = {};  // its prior and max_move: how strongly poses are pulled to the given ones

@@ -25,11 +25,9 @@ PoseEstimate estimate_poses(const Atlas& atlas, std::span<const std::optional<Co
   constexpr Requirement pose_estimate_requires{"poses"};
   const JointInput input{atlas, views, given, samples};
   check(input, options.most_points, pose_estimate_requires);
-  JointSolver solver(input, {options.alignment, options.most_points, options.cancel_check});
+  JointSolver solver(input, {options.alignment, options.most_points, options.most_operations, options.cancel_check});
   PoseEstimate result;
   result.cameras = solver.state().cameras;
-  result.too_large = solver.takes_more_than(options.most_operations);
-  if (result.too_large) return result;
   result.views = solver.views();
   result.points = solver.points();
   if (result.views == 0) return result;

@@ -22,7 +22,7 @@ struct PoseOptions {
   AlignmentOptions alignment = {};  // its prior and max_move: how strongly poses are pulled to the given ones
   // Points of each view, evenly taken, >= 1. Time grows with it.
   std::size_t most_points = std::numeric_limits<std::size_t>::max();
-  // On tiles of the normal equations, for each step. Time grows with it: see kMostStepOperations.
+  // Operations on tiles of the normal equations that a factor may take for each step: see kMostStepOperations.
   std::size_t most_operations = kMostStepOperations;
   CancelCheck cancel_check = {};
 };
@@ -31,8 +31,6 @@ struct PoseEstimate {
   std::vector<Camera> cameras;  // one per view slot: intrinsics as they were
   std::size_t views = 0;        // that took part
   std::size_t points = 0;       // that were fitted to
-  // A step would take more than PoseOptions::most_operations, so that nothing was solved and no view took part.
-  bool too_large = false;
   // Roots of the mean robust squared difference, sRGB values of [0, 1], at points that were not fitted to. The first is
   // that of the former poses, with the former or the found exposures, whichever is better. The second is that of the
   // found poses and exposures. Both are 0 if no view took part.

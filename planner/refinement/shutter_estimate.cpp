@@ -30,17 +30,13 @@ ShutterEstimate estimate_shutters(const Atlas& atlas, std::span<const std::optio
   check_least_improvement(options.least_improvement, shutter_estimate_requires);
   const JointInput input{atlas, views, given, samples};
   check(input, options.most_points, shutter_estimate_requires);
-  JointSolver solver(input, {options.alignment, options.most_points, options.cancel_check});
+  JointSolver solver(input, {options.alignment, options.most_points, options.most_operations, options.cancel_check});
   ShutterEstimate result;
   result.motions.resize(views.size());
   result.cameras = solver.state().cameras;
-  solver.estimate_motions();
-  result.too_large = solver.takes_more_than(options.most_operations);
-  if (result.too_large) return result;
   result.views = solver.views();
   result.points = solver.points();
   if (result.views == 0) return result;
-  solver.leave_motions();
   solver.measure_noise();
   solver.refine(kRoundsAtRest);
   const JointState at_rest = solver.state();

@@ -41,7 +41,6 @@ struct ShutterEstimate {
   std::vector<Camera> cameras;         // one per view slot: intrinsics as they were, poses refined along
   std::size_t views = 0;               // that took part
   std::size_t points = 0;              // that were fitted to
-  bool too_large = false;              // see PoseEstimate::too_large
   LensResidual residual;               // with the best poses and exposures: without motions, and with them
   double median_px = 0;                // median over the views of edge_move_px()
   // The residual falls by ShutterOptions::least_improvement or more, and the median is at least half a pixel.

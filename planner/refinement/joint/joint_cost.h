@@ -1,15 +1,16 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// The limit on the cost of a solution for all views at once.
+// The cost of a solution for all views at once beyond which its equations are solved step by step.
 #pragma once
 
 #include <cstddef>
 
 namespace lumatlas {
 
-// Operations on tiles of 98 x 98 for one step, at most: what 882 views and lenses take where all share points. Each
-// operation is 98^3 multiplications at most. 801 blocks take 34,220 operations, which are 5.4 seconds of one core on
-// x86-64 without AVX; a solution has 20 to 40 steps. Along a walk, where each view shares points with the 40 before it,
-// 1600 views take 1,700 operations and 0.2 seconds.
+// Operations on tiles of 98 x 98 that a factor may take for one step: those of 882 views and lenses where all share
+// points. Beyond, conjugate gradients solve the equations (conjugate_gradients.h). Each operation is 98^3
+// multiplications at most. 801 blocks take 34,220 operations, which are 5.4 seconds of one core on x86-64 without AVX.
+// A solution has 20 to 40 steps. Along a walk, where each view shares points with the 40 before it, 1600 views take
+// 1,700 operations and 0.2 seconds.
 inline constexpr std::size_t kMostStepOperations = 45'000;
 
 }  // namespace lumatlas

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "mesh/base/median.h"
+#include "planner/refinement/joint/conjugate_gradients.h"
 #include "planner/refinement/photometry.h"
 
 namespace lumatlas {
@@ -81,6 +82,7 @@ JointSolver::JointSolver(const JointInput& input, const JointOptions& options)
   state_.gain.assign(views_.size(), 1);
   state_.motion.assign(views_.size(), Block::Zero());
   terms_.assign(slots_of_lenses_.size(), Terms{});
+  choose_method();
 }
 
 // Finds the lens of each view slot from the cameras of the stored views, which the state gets.
@@ -112,9 +114,19 @@ std::size_t JointSolver::points() const {
   return points;
 }
 
-bool JointSolver::takes_more_than(std::size_t most) const {
-  if (dense_factor_operations(blocks_) <= most) return false;
-  return factor_operations(joint_pattern(problem_, blocks_, block_of_, options_.cancel_check)) > most;
+void JointSolver::choose_method() {
+  const std::size_t most = options_.most_operations;
+  is_factored_ = dense_factor_operations(blocks_) <= most ||
+                 factor_operations(joint_pattern(problem_, blocks_, block_of_, options_.cancel_check)) <= most;
+}
+
+Eigen::MatrixXd JointSolver::solved(const BlockMatrix& H, const Eigen::MatrixXd& B) const {
+  if (is_factored_) return BlockFactor(H, options_.cancel_check).solve(B, options_.cancel_check);
+  Eigen::MatrixXd X(B.rows(), B.cols());
+  for (Eigen::Index column = 0; column < B.cols(); ++column) {
+    X.col(column) = solve_by_gradients(H, B.col(column), {}, options_.cancel_check).x;
+  }
+  return X;
 }
 
 void JointSolver::set_estimated(std::size_t lens, std::size_t parameter, bool estimated) {
@@ -128,12 +140,14 @@ void JointSolver::estimate_motions() {
   for (std::size_t slot = 0; slot < views_.size(); ++slot) {
     if (views_[slot]) block_of_.motion[slot] = blocks_++;
   }
+  choose_method();
 }
 
 void JointSolver::leave_motions() {
   if (block_of_.motion.empty()) return;
   block_of_.motion.clear();
   for (const std::optional<ComparedView>& view : views_) blocks_ -= view.has_value();
+  choose_method();
 }
 
 std::vector<Linearised> JointSolver::linearise(const JointState& state, std::vector<ComparedPoint> ViewPart::*points,
@@ -278,8 +292,7 @@ bool JointSolver::improve(Fit& at, std::uint32_t coarser) {
     for (std::size_t block = 0; block < blocks_; ++block) {
       normal.H.at(block, block).diagonal() = (1 + damping_) * diagonals[block];
     }
-    const BlockFactor factor(normal.H, options_.cancel_check);
-    const Eigen::VectorXd step = -factor.solve(normal.g, options_.cancel_check);
+    const Eigen::VectorXd step = -solved(normal.H, normal.g);
     Fit next = fit(moved_by(at.state, step), coarser);
     const double gain = gain_of(next, at);
     if (gain > 0) {
@@ -340,9 +353,7 @@ std::vector<Block> JointSolver::variances() const {
   const JointEquations normal = normal_equations(state_, all);
   // The columns of the inverse that belong to q: all other parameters are marginalised.
   const Eigen::Index columns = lens_column(slots_of_lenses_.size());
-  const Eigen::MatrixXd inverse =
-      BlockFactor(normal.H, options_.cancel_check)
-          .solve(Eigen::MatrixXd::Identity(normal.g.size(), columns), options_.cancel_check);
+  const Eigen::MatrixXd inverse = solved(normal.H, Eigen::MatrixXd::Identity(normal.g.size(), columns));
   Eigen::VectorXd observed = Eigen::VectorXd::Zero(columns);
   for (const ViewGradient& gradient : normal.of_views) {
     Eigen::VectorXd moved = Eigen::VectorXd::Zero(columns);

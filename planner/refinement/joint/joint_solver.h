@@ -15,6 +15,7 @@
 #include "mesh/base/requirement.h"
 #include "mesh/cancel_check.h"
 #include "planner/refinement/alignment.h"
+#include "planner/refinement/joint/joint_cost.h"
 #include "planner/refinement/joint/joint_equations.h"
 #include "planner/refinement/joint/joint_problem.h"
 #include "planner/refinement/median_colors.h"
@@ -40,6 +41,7 @@ void check_least_improvement(double share, const Requirement& requires_);
 struct JointOptions {
   AlignmentOptions alignment;  // its prior and max_move: how strongly poses are pulled to the given ones
   std::size_t most_points;     // points of each view, evenly taken, >= 1
+  std::size_t most_operations = kMostStepOperations;  // of a factor, for one step; beyond, equations are not factored
   CancelCheck cancel_check;
 };
 
@@ -70,8 +72,8 @@ class JointSolver {
   [[nodiscard]] std::size_t views() const;   // that take part
   [[nodiscard]] std::size_t points() const;  // that are fitted to
   [[nodiscard]] std::size_t unknowns() const { return kBlock * blocks_; }
-  // Returns whether a step may take more than `most` operations on tiles. Takes no step to find out.
-  [[nodiscard]] bool takes_more_than(std::size_t most) const;
+  // Returns whether the equations of a step are factored, and not solved by conjugate gradients.
+  [[nodiscard]] bool is_factored() const { return is_factored_; }
 
   [[nodiscard]] const JointState& state() const { return state_; }
   void set_state(const JointState& state) { state_ = state; }
@@ -105,6 +107,9 @@ class JointSolver {
 
  private:
   [[nodiscard]] std::vector<std::size_t> found_lenses();
+  void choose_method();
+  // Returns the inverse of H times B.
+  [[nodiscard]] Eigen::MatrixXd solved(const BlockMatrix& H, const Eigen::MatrixXd& B) const;
   [[nodiscard]] std::vector<Linearised> linearise(const JointState& state,
                                                   std::vector<ComparedPoint> ViewPart::*points = &ViewPart::points,
                                                   std::uint32_t coarser = 0, bool robust = true) const;
@@ -138,6 +143,7 @@ class JointSolver {
   std::vector<Terms> terms_;  // one per lens
   ViewBlocks block_of_;
   std::size_t blocks_ = 0;
+  bool is_factored_ = true;
   double noise_ = 1;    // deviation of the differences, sRGB
   double damping_ = 0;  // for the next step
   std::vector<JointStep> steps_;

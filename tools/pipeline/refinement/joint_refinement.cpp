@@ -61,6 +61,7 @@ bool refine_lenses(Planner& planner, std::vector<SceneView>& views, const BuildO
     return false;
   }
   bool corrected = correct_at_first(planner, options, lenses);
+  if (lenses.too_many()) result.warnings.push_back(too_many_lenses(planner.store().stored_views()));
   stage.tick();
   for (int round = 1; round < kLensRounds && corrected; ++round) {
     polish_once(planner, stage, result);
@@ -75,12 +76,7 @@ bool refine_lenses(Planner& planner, std::vector<SceneView>& views, const BuildO
 void solve_poses(Planner& planner, BuildStage& stage, BuildResult& result) {
   const std::uint32_t views = planner.store().stored_views();
   if (views == 0) return;
-  PoseEstimate estimate = planner.refiner().solve_poses(points_of_each(kPointsTogether, views));
-  if (estimate.too_large) {
-    result.warnings.push_back(too_large_together(views));
-    return;
-  }
-  result.poses = std::move(estimate);
+  result.poses = planner.refiner().solve_poses(points_of_each(kPointsTogether, views));
   stage.tick();
   polish_once(planner, stage, result);
 }
@@ -107,7 +103,6 @@ void refine_shutters(Planner& planner, std::vector<SceneView>& views, const Buil
     if (round == 0 && options.refine_lenses) correct_lenses_further(planner, views, options, stage, result);
   }
   result.shutters = shutters.refined();
-  if (result.shutters->estimate.too_large) result.warnings.push_back(shutters_too_large(stored));
 }
 
 void refine_stored(Planner& planner, std::vector<SceneView>& views, const BuildOptions& options, BuildStage& stage,

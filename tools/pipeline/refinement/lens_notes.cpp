@@ -113,7 +113,6 @@ json shutters_json(const std::optional<RefinedShutters>& shutters) {
   return {{"views", estimate.views},
           {"points", estimate.points},
           {"residual", {{"before", estimate.residual.before}, {"after", estimate.residual.after}}},
-          {"too_large", estimate.too_large},
           {"median_px", shutters->median_px},
           {"applied", shutters->applied},
           {"motions", std::move(motions)}};

@@ -89,6 +89,7 @@ bool LensRefinement::correct(std::size_t points) {
     options.least_improvement = std::min(options.least_improvement, least_improvement(lens));
   }
   LensEstimates estimates = planner_.refiner().estimate_lenses(options);
+  too_many_ = estimates.too_many;
   for (LensEstimate& estimate : estimates.lenses) {
     const double most = 1 - least_improvement(lens_of(estimates.cameras[estimate.slots.front()]));
     estimate.significant = estimate.significant && estimate.residual.after <= most * estimate.residual.before;

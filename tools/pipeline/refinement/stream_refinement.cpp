@@ -37,8 +37,7 @@ void StreamRefinement::after_offer() {
   if (look || !can_solve) (void)planner_.refiner().polish();
   // A corrected lens comes with its poses.
   if ((look && correct_lenses()) || !can_solve) return;
-  const bool solved = !planner_.refiner().solve_poses(points_of_each(kPointsInStream, stored)).too_large;
-  if (!solved && !look) (void)planner_.refiner().polish();
+  (void)planner_.refiner().solve_poses(points_of_each(kPointsInStream, stored));
 }
 
 void StreamRefinement::finish(const BuildCallback& callback) {

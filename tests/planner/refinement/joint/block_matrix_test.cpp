@@ -10,7 +10,9 @@
 #include <limits>
 #include <random>
 #include <stdexcept>
+#include <utility>
 
+#include "planner/refinement/joint/conjugate_gradients.h"
 #include "planner/refinement/joint/joint_cost.h"
 
 namespace lumatlas {
@@ -126,10 +128,41 @@ TEST_CASE("what a factor takes is known before it is made, from the pattern of t
   CHECK(20 * few < dense_factor_operations(1000));
 }
 
-TEST_CASE("400 views are never too many for a solution, each with a lens of its own and all in sight of all") {
+TEST_CASE("400 views are never too many for a factor, each with a lens of its own and all in sight of all") {
   CHECK(dense_factor_operations(2 * 400) <= kMostStepOperations);
   CHECK(dense_factor_operations(882) <= kMostStepOperations);
   CHECK(dense_factor_operations(883) > kMostStepOperations);
+}
+
+TEST_CASE("conjugate gradients solve what a factor solves") {
+  const Pairs has_square = GENERATE(every_pair, walk_with_a_lens, scattered_pairs);
+  const std::size_t blocks = GENERATE(1, 3, 90);
+  CAPTURE(blocks);
+  const BlockMatrix matrix = positive_definite(blocks, has_square);
+  const Eigen::VectorXd b = right_sides(blocks, 1), exact = BlockFactor(matrix).solve(b);
+  const GradientSolution found = solve_by_gradients(matrix, b, {.least_residual = 1e-12});
+  CHECK(found.residual <= 1e-12);
+  CHECK((found.x - exact).norm() < 1e-9 * exact.norm());
+  CHECK(found.steps <= 7 * blocks);
+  const GradientSolution rough = solve_by_gradients(matrix, b, {.least_residual = 1e-2});
+  CHECK(rough.residual <= 1e-2);
+  CHECK(rough.steps <= found.steps);
+  CHECK(solve_by_gradients(matrix, b, {.most_steps = 0}).x == Eigen::VectorXd::Zero(b.size()));
+  CHECK(solve_by_gradients(matrix, Eigen::VectorXd::Zero(b.size())).x == Eigen::VectorXd::Zero(b.size()));
+}
+
+TEST_CASE("conjugate gradients read the lower triangle of a diagonal square alone, and refuse what has no solution") {
+  BlockMatrix matrix = positive_definite(5, every_pair);
+  const Eigen::VectorXd b = right_sides(5, 1), x = solve_by_gradients(matrix, b).x;
+  matrix.at(2, 2)(0, 6) = std::numeric_limits<double>::quiet_NaN();
+  CHECK(solve_by_gradients(matrix, b).x == x);
+  CHECK_THROWS_AS(solve_by_gradients(matrix, b.head(34)), std::invalid_argument);
+  matrix.at(3, 3).setZero();
+  CHECK_THROWS_WITH(solve_by_gradients(matrix, b), Catch::Contains("block 3 is not positive definite"));
+  matrix.at(3, 3).diagonal().setConstant(std::numeric_limits<double>::quiet_NaN());
+  CHECK_THROWS_AS(solve_by_gradients(matrix, b), std::domain_error);
+  const auto stop = [] { throw std::runtime_error("cancelled"); };
+  CHECK_THROWS_WITH(solve_by_gradients(positive_definite(5, every_pair), b, {}, stop), "cancelled");
 }
 
 TEST_CASE("the solution has the same bits on one thread as on four") {
@@ -137,7 +170,7 @@ TEST_CASE("the solution has the same bits on one thread as on four") {
   const Eigen::MatrixXd B = right_sides(70, 1);
   const auto solved = [&](std::size_t threads) {
     const tbb::global_control control(tbb::global_control::max_allowed_parallelism, threads);
-    return BlockFactor(matrix).solve(B);
+    return std::pair(BlockFactor(matrix).solve(B), solve_by_gradients(matrix, B.col(0)).x);
   };
   CHECK(solved(1) == solved(4));
 }

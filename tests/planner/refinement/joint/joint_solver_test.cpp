@@ -43,7 +43,7 @@ TEST_CASE("no step is kept that makes the differences worse, also where the whol
   std::ptrdiff_t steps = 0, shortened = 0;
   for (std::uint32_t seed = 0; seed < 6; ++seed) {
     const DisturbedArc arc(12, seed);
-    JointSolver solver(arc.input(), {{}, 400, {}});
+    JointSolver solver(arc.input(), {{}, 400, kMostStepOperations, {}});
     solver.measure_noise();
     const double before = solver.held_out_residual();
     solver.refine(kFinest);
@@ -91,21 +91,26 @@ TEST_CASE("the squares of the normal equations lie within the pattern that is kn
   CHECK(squares > blocks);
 }
 
-TEST_CASE("a problem whose steps would take too long is told, and nothing is solved") {
+TEST_CASE("where equations are not factored, poses and lenses are found as well") {
   const DisturbedArc arc(3, 1);
   const JointInput input = arc.input();
-  const PoseEstimate poses =
-      estimate_poses(input.atlas, input.views, input.given, input.samples, {.most_operations = 0});
-  CHECK(poses.too_large);
-  CHECK(poses.views == 0);
-  CHECK_FALSE(poses.improves());
-  CHECK(poses.cameras.size() == DisturbedArc::kViews);
-  const LensEstimates lenses =
-      estimate_lenses(input.atlas, input.views, input.given, input.samples, {.most_operations = 0});
-  CHECK(lenses.too_large);
-  CHECK_FALSE(lenses.significant());
-  CHECK_FALSE(lenses.undecided());
-  CHECK_FALSE(estimate_poses(input.atlas, input.views, input.given, input.samples).too_large);
+  const auto poses = [&](std::size_t most_operations) {
+    return estimate_poses(input.atlas, input.views, input.given, input.samples, {.most_operations = most_operations});
+  };
+  const PoseEstimate factored = poses(kMostStepOperations), stepwise = poses(0);
+  CHECK(stepwise.views == DisturbedArc::kViews);
+  CHECK(stepwise.improves());
+  CHECK(stepwise.residual_after == Approx(factored.residual_after).epsilon(0.01));
+  for (std::size_t view = 0; view < DisturbedArc::kViews; ++view) {
+    CAPTURE(view);
+    CHECK(glm::distance(stepwise.cameras[view].center(), factored.cameras[view].center()) < 1e-3);
+  }
+  const auto lenses = [&](std::size_t most_operations) {
+    return estimate_lenses(input.atlas, input.views, input.given, input.samples, {.most_operations = most_operations});
+  };
+  const LensEstimate by_factor = lenses(kMostStepOperations).lenses.at(0), by_steps = lenses(0).lenses.at(0);
+  CHECK(by_steps.correction.focal == Approx(by_factor.correction.focal).epsilon(1e-3));
+  CHECK(by_steps.deviation.focal == Approx(by_factor.deviation.focal).epsilon(0.05));
 }
 
 }  // namespace

@@ -6,11 +6,10 @@
 namespace lumatlas {
 namespace {
 
-TEST_CASE("views that share points with too many others are told of, with what to do") {
-  CHECK(too_large_together(2001) ==
-        "2001 stored views share points with too many others to solve for all poses and lenses at once: each view is "
-        "refined beside its neighbours instead, which leaves a drift that many views share; --max-views 400 keeps few "
-        "enough");
+TEST_CASE("too many lenses of too many views are told of, with what to do") {
+  CHECK(too_many_lenses(2001) ==
+        "2001 stored views share points with too many others to estimate more than 16 lenses: they stay as given; "
+        "--max-views 400 keeps few enough, or give all photographs of a camera one lens");
 }
 
 }  // namespace
