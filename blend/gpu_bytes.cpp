@@ -10,6 +10,7 @@
 #include "atlas/tiles/texel_format.h"
 #include "blend/gl/gl_objects.h"
 #include "blend/gl/photograph_array.h"
+#include "blend/tables/drawn_zones.h"
 #include "blend/tables/fade_zone_shares.h"
 #include "blend/tables/view_table.h"
 #include "blend/tables/zone_mesh.h"
@@ -52,14 +53,17 @@ GpuBytes GpuByteCount::of(const ReferenceTable& references, std::span<const Came
     throw std::invalid_argument("GPU bytes: references are of " + std::to_string(references.offsets.size()) +
                                 " offsets, must be one more than the surface's " + std::to_string(cells) + " cells");
   }
-  const std::vector<glm::u8vec3> colors(surface_->mesh.positions.size());
-  const ZoneMesh mesh =
-      zone_mesh(surface_->mesh, colors, surface_->cells.cell_of_face,
-                border_width_ > 0 ? joined(*shares_, first_of_same_references(references)) : *shares_);
-  const ZoneReferences lists = zone_references(mesh.zone_cells, references, std::vector<std::uint8_t>(cells), {});
+  ZoneOptions options;
+  options.border_width = border_width_;
+  if (border_width_ > 0) options.stands_for = first_of_same_references(references);
+  options.shares = shares_;
+  const MadeZones made = make_zones(surface_, options, nullptr);
+  const ZoneReferences lists = zone_references(made.zones->cells, references, std::vector<std::uint8_t>(cells), {});
+  const ZoneMesh mesh = made.mesh.value_or(ZoneMesh());
   GpuBytes bytes;
   bytes.mesh = buffer_bytes(mesh.positions) + buffer_bytes(mesh.faces);
-  bytes.vertices = buffer_bytes(mesh.colors) + buffer_bytes(mesh.shares) + buffer_bytes(mesh.zones);
+  bytes.vertices =
+      buffer_bytes(sizeof(glm::u8vec3) * mesh.positions.size()) + buffer_bytes(mesh.shares) + buffer_bytes(mesh.zones);
   bytes.tables = table_bytes(kRecords, lists.zones.size()) + table_bytes(kRecords, lists.cells.size()) +
                  table_bytes(kPairs, lists.references.size()) + views_bytes(views.size()) +
                  table_bytes(kNumbers, tile_entries(views, layout));

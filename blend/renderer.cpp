@@ -31,7 +31,7 @@
 #include "blend/gl/shader_program.h"
 #include "blend/gl/snapshot_upload.h"
 #include "blend/sampling/supersampling.h"
-#include "blend/tables/drawn_runs.h"
+#include "blend/tables/drawn_zones.h"
 #include "blend/tables/ranked_references.h"
 #include "blend/tables/snapshot_preparation.h"
 #include "blend/tables/snapshot_tables.h"
@@ -172,18 +172,19 @@ struct Renderer::State {
   ShaderPrograms programs;
   GlVertexArray no_vertices;
   GlBuffer picture_block;
-  MeshObjects mesh;
+  std::vector<MeshObjects> batches;  // of `zones`, or where that is null of `former_zones`
   GlTexture zone_table, cell_table;
   GlTable reference_lists{kPairs, kReferencesName};
   GlTable views{kVectors, kViewsName};
   GlBuffer views_block;  // the same, of kBlockTexels, where they fit
   PhotographArray photographs;
-  std::shared_ptr<const SnapshotTables> tables;  // null before load()
-  std::shared_ptr<const DrawnZones> zones;       // of the mesh; null: it is made with the next picture
+  std::shared_ptr<const SnapshotTables> tables;    // null before load()
+  std::shared_ptr<const DrawnZones> zones;         // of the mesh; null: it is made with the next picture
+  std::shared_ptr<const DrawnZones> former_zones;  // that the next mesh may follow, where `zones` is null
   std::shared_ptr<const ZoneReferences> lists;
   std::vector<RankedReference> ranked;  // the references of `lists` in the order that is drawn
-  FallbackColors loaded_colors;         // of the mesh
-  DrawnRuns::OfShaders seen_runs;       // by the camera of the part that is drawn
+  FallbackColors loaded_colors;         // of all batches
+  RunsOfShaders seen_runs;              // by the camera of the part that is drawn
   bool loaded = false;
   std::uint64_t meshes = 0;  // that were loaded
   std::optional<SnapshotUpload> upload;
@@ -203,6 +204,7 @@ struct Renderer::State {
   [[nodiscard]] std::uint32_t sampled_cubic(const BlendOptions& options) const;
   void renew_colors();
   void load_zones(double width);
+  void take_batches(const DrawnZones* former, const DrawnZones& next, std::optional<MeshObjects> added);
   void describe(const Camera& camera, const glm::dvec3& exposure, const BlendOptions& options) const;
   void store_views(std::vector<glm::vec4> table);
   [[nodiscard]] bool views_in_block() const { return views_block.get() != 0; }
@@ -238,25 +240,39 @@ void Renderer::State::tell(const char* pass) const {
 void Renderer::State::take_tables(const Snapshot& snapshot) {
   const SameTables same = same_tables(tables.get(), snapshot);
   tables = tables_after(tables.get(), snapshot);
-  const std::shared_ptr<const DrawnZones> former = std::exchange(zones, nullptr);
-  if (!stays(former.get(), same)) return;  // all is made when it is drawn
-  zones = former;
+  if (!stays(zones.get(), same)) {
+    if (zones) former_zones = std::exchange(zones, nullptr);
+    return;  // all is made when it is drawn
+  }
   if (!same.references || !same.deviation) load_references();
 }
 
 // Brings the loaded mesh's colours up to date.
 void Renderer::State::renew_colors() {
   if (loaded_colors == tables->vertex_colors) return;
-  const std::vector<glm::u8vec3> copies = copied_colors(tables->vertex_colors, *zones);
-  const auto bytes = std::as_bytes(std::span<const glm::u8vec3>(copies));
-  glBindBuffer(GL_COPY_WRITE_BUFFER, mesh.colors.get());
-  glBufferSubData(GL_COPY_WRITE_BUFFER, 0, static_cast<GLsizeiptr>(bytes.size()), bytes.data());
+  for (std::size_t i = 0; i < batches.size(); ++i) {
+    const std::vector<glm::u8vec3> copies = copied_colors(tables->vertex_colors, zones->batches[i]);
+    const auto bytes = std::as_bytes(std::span<const glm::u8vec3>(copies));
+    glBindBuffer(GL_COPY_WRITE_BUFFER, batches[i].colors.get());
+    glBufferSubData(GL_COPY_WRITE_BUFFER, 0, static_cast<GLsizeiptr>(bytes.size()), bytes.data());
+  }
   check_gl("renewing the mesh's colours");
   loaded_colors = tables->vertex_colors;
 }
 
+// Keeps the batches that are in both, and appends the one that is not.
+void Renderer::State::take_batches(const DrawnZones* former, const DrawnZones& next, std::optional<MeshObjects> added) {
+  std::vector<MeshObjects> kept;
+  for (std::size_t i = 0; former != nullptr && i < former->batches.size() && kept.size() < next.batches.size(); ++i) {
+    if (former->batches[i].number == next.batches[kept.size()].number) kept.push_back(std::move(batches[i]));
+  }
+  if (added) kept.push_back(std::move(*added));
+  batches = std::move(kept);
+}
+
 void Renderer::State::load_references() {
   const std::shared_ptr<const DrawnZones> of_zones = std::exchange(zones, nullptr);  // until all is there
+  former_zones = of_zones;
   lists = lists_of(*tables, *of_zones);
   zone_table = table_of(kRecords, lists->zones, kZonesName);
   cell_table = table_of(kRecords, lists->cells, kCellsName);
@@ -277,12 +293,18 @@ void Renderer::State::load_zones(double width) {
     renew_colors();
     return;
   }
-  zones = nullptr;
-  const MadeZones made = make_zones(*tables, width, steps.join_cells);
-  mesh = make_mesh_objects(made.mesh);
-  loaded_colors = tables->vertex_colors;
-  ++meshes;
-  zones = made.zones;
+  if (zones) former_zones = std::exchange(zones, nullptr);
+  MadeZones made = make_zones(*tables, width, steps.join_cells, former_zones.get());
+  std::optional<MeshObjects> added;
+  if (made.mesh) {
+    made.mesh->colors = copied_colors(tables->vertex_colors, made.zones->batches.back());
+    added = make_mesh_objects(*made.mesh);
+    ++meshes;
+  }
+  take_batches(former_zones.get(), *made.zones, std::move(added));
+  former_zones = nullptr;
+  zones = std::move(made.zones);
+  renew_colors();
   load_references();
 }
 
@@ -367,11 +389,18 @@ void Renderer::State::draw_surface(const SurfaceTargets& target, std::uint32_t a
 
 // Draws the faces that the part's camera may see. With `marks`, they write to the stencil which shader they are for.
 void Renderer::State::draw_faces(bool marks) {
-  glUseProgram(programs.get({.pass = Pass::surface}));
-  glBindVertexArray(mesh.vertices.get());
+  const GLuint program = programs.get({.pass = Pass::surface});
+  glUseProgram(program);
+  const GLint first_zone = glGetUniformLocation(program, "first_zone");
+  std::optional<std::uint32_t> bound;  // batch
   for (std::size_t i = 0; i < seen_runs.size(); ++i) {
     if (marks) glStencilFunc(GL_ALWAYS, static_cast<GLint>(i) + 1, 0xFF);
-    for (const FaceRun& run : seen_runs.at(i)) {
+    for (const auto& [batch, run] : seen_runs.at(i)) {
+      if (batch != bound) {
+        glBindVertexArray(batches[batch].vertices.get());
+        glUniform1ui(first_zone, zones->batches[batch].first_zone);
+        bound = batch;
+      }
       // OpenGL takes an offset in the buffer as a pointer. NOLINTNEXTLINE(performance-no-int-to-ptr)
       const auto* const offset = reinterpret_cast<const void*>(sizeof(glm::uvec3) * run.first);
       glDrawElements(GL_TRIANGLES, static_cast<GLsizei>(3 * run.count), GL_UNSIGNED_INT, offset);
@@ -540,7 +569,7 @@ void Renderer::State::draw_parts(const Camera& camera, const BlendOptions& optio
   for (const PicturePart& part : parts()) {
     const Camera of_part = camera_of_part(camera, part.drawn);
     describe(of_part, exposure, options);
-    seen_runs = zones->runs.in_view(of_part);
+    seen_runs = zones->in_view(of_part);
     draw_surface(targets.middles, 1);
     draw_rest(part);
   }
@@ -686,18 +715,23 @@ void Renderer::State::take_upload() {
   SnapshotPreparation& preparation = upload->preparation();
   PreparedTables& prepared = preparation.tables();
   SnapshotUpload::Objects objects = upload->take();
-  // Another picture, or other options, may have replaced the mesh that the next snapshot was to keep.
-  const bool mesh_stays = !objects.mesh && zones && zones == preparation.former().zones;
-  if (objects.mesh) {
-    mesh = std::move(*objects.mesh);
-    ++meshes;
+  // Another picture, or other options, may have replaced the mesh that the next snapshot was to keep a part of.
+  const bool former_stays = zones && zones == preparation.former().zones;
+  const bool is_whole = objects.mesh && prepared.zones->batches.size() == 1;
+  if (objects.mesh) ++meshes;
+  if (former_stays || is_whole) {
+    take_batches(former_stays ? zones.get() : nullptr, *prepared.zones, std::move(objects.mesh));
+    for (std::size_t i = 0; i < objects.colors.size(); ++i) {
+      batches[i].colors = std::move(objects.colors[i]);
+      make_vertices(batches[i]);
+    }
+    zones = upload_joins_cells == steps.join_cells ? prepared.zones : nullptr;
+    loaded_colors = prepared.tables->vertex_colors;
+  } else {
+    zones = nullptr;
+    batches.clear();
   }
-  if (mesh_stays && objects.colors) {
-    mesh.colors = std::move(*objects.colors);
-    make_vertices(mesh);
-  }
-  zones = (objects.mesh || mesh_stays) && upload_joins_cells == steps.join_cells ? prepared.zones : nullptr;
-  if (objects.mesh || objects.colors) loaded_colors = prepared.tables->vertex_colors;
+  former_zones = nullptr;
   tables = prepared.tables;
   if (objects.zones.get() != 0) {
     zone_table = std::move(objects.zones);

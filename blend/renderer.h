@@ -47,7 +47,7 @@ struct RendererOptions {
 
 // Counts of the work that a renderer has done since it was made.
 struct RendererWork {
-  std::uint64_t meshes = 0;       // made of a surface and its zones, and copied to the GPU
+  std::uint64_t meshes = 0;       // made of a surface, or of what is new in it, and copied to the GPU
   std::uint64_t color_bytes = 0;  // photographs, with their validity and their coarser levels, copied to the GPU
   std::uint64_t mask_bytes = 0;   // validity alone, and the coarser levels, which it weighs
   std::uint64_t depth_bytes = 0;  // depths
@@ -87,10 +87,11 @@ class Renderer {
   // Copies the snapshot to the GPU in place of an earlier one, and only what has changed. For a view that has moved,
   // its state is copied, some hundred bytes; for another mask, validity, coarser levels and depths, but no photograph
   // unless its texels are compressed. Tiles with the same bytes in the same tile place are not copied again, nor is the
-  // mesh of the same surface. Vertex colours are made, if the snapshot has not made them, with the next picture. Arrays
-  // that have become too small grow by a quarter, which is more than array_bytes() says, and are given back when less
-  // than half of them is needed. From the second snapshot of a surface on, cells are not joined (RendererOptions), nor
-  // are those of any later surface once a store has changed under one, so that a store may change as often as it likes.
+  // mesh of the same surface. Of another surface, only those parts of the mesh are made and copied that have changed or
+  // lie beside a change, from the second change on. Vertex colours are made, if the snapshot has not made them, with
+  // the next picture. Arrays that have become too small grow by a quarter, which is more than array_bytes() says, and
+  // are given back when less than half of them is needed. Cells are joined (RendererOptions) until the store or the
+  // surface changes.
   // Throws std::invalid_argument, and changes nothing, unless the snapshot passes check(). Throws GlError, naming the
   // limit, the number and what to do, if the driver's limits (layers, texture size, buffer size) are exceeded, or its
   // free memory, if it reports that. The earlier snapshot is then gone too.
@@ -101,8 +102,8 @@ class Renderer {
   // drawn, pictures are those that load() would give, to the last bit. `options` are those of the pictures to come:
   // with another border width the mesh is made with the first picture. The array of photographs has places for the
   // tiles of both snapshots; where few tiles change, that is little more than for one, and where no tile stays, a
-  // second array is made. With a new surface, both meshes are on the GPU meanwhile. Throws std::invalid_argument
-  // unless the options pass check().
+  // second array is made. With a new surface, what is new of the mesh is on the GPU beside the former one meanwhile.
+  // Throws std::invalid_argument unless the options pass check().
   [[nodiscard]] NextSnapshot begin(Snapshot snapshot, const BlendOptions& options);
   // Copies parts of the next snapshot to the GPU until about `milliseconds` have passed, one part at least if one is
   // prepared. Parts take far less than a millisecond, except where the array grows: a page of photographs is copied at

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Internal to blend/: a ZoneMesh on the GPU.
+// Internal to blend/: the ZoneMesh of a batch on the GPU.
 #pragma once
 
 #include "blend/gl/gl_objects.h"

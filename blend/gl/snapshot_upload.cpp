@@ -18,7 +18,10 @@ void SnapshotUpload::plan() {
     buffers_.push_back({GradualBuffer(mesh.zones), &to.zone_numbers});
     buffers_.push_back({GradualBuffer(mesh.faces), &to.faces});
   }
-  if (prepared.colors) buffers_.push_back({GradualBuffer(*prepared.colors), &objects_.colors.emplace()});
+  objects_.colors.resize(prepared.colors.size());
+  for (std::size_t i = 0; i < prepared.colors.size(); ++i) {
+    buffers_.push_back({GradualBuffer(prepared.colors[i]), &objects_.colors[i]});
+  }
   if (prepared.lists != preparation_->former().lists) {
     tables_.push_back({{kRecords, kZonesName, prepared.lists->zones}, &objects_.zones, nullptr});
     tables_.push_back({{kRecords, kCellsName, prepared.lists->cells}, &objects_.cells, nullptr});

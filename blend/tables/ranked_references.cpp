@@ -26,7 +26,7 @@ double widened_cosine(double cosine, double widening_sine, double widening_cosin
 
 }  // namespace
 
-std::vector<Ball> balls_of_combinations(const ZoneMesh& mesh) {
+std::vector<Ball> balls_of_combinations(const ChunkMesh& mesh) {
   const ZoneCells& zones = mesh.zone_cells;
   constexpr double kFar = std::numeric_limits<double>::infinity();
   std::vector<glm::dvec3> least(zones.combinations.size(), glm::dvec3(kFar));

@@ -32,7 +32,7 @@ struct Ball {
 };
 
 // Returns a ball around the faces of each combination of cells.
-[[nodiscard]] std::vector<Ball> balls_of_combinations(const ZoneMesh& mesh);
+[[nodiscard]] std::vector<Ball> balls_of_combinations(const ChunkMesh& mesh);
 
 // Returns the least upper bound that is known for geometric_weight() in the ball, and a little more, because the shader
 // rounds. In [0, 1.001].

@@ -51,18 +51,24 @@ void SnapshotPreparation::make_tables() {
   const SameTables same = same_tables(former_.tables.get(), snapshot_);
   tables_.tables = tables_after(former_.tables.get(), snapshot_);
   const SnapshotTables& tables = *tables_.tables;
-  if (stays(former_.zones.get(), same) && former_.zones->border_width == options_.border_width) {
+  const DrawnZones* former = former_.zones.get();
+  if (stays(former, same) && former->border_width == options_.border_width) {
     tables_.zones = former_.zones;
-    if (!(former_.colors == tables.vertex_colors)) {
-      tables_.colors = copied_colors(tables.vertex_colors, *tables_.zones);
-    }
     const bool same_lists = former_.lists && same.references && same.deviation;
     tables_.lists = same_lists ? former_.lists : lists_of(tables, *tables_.zones);
   } else {
-    MadeZones made = make_zones(tables, options_.border_width, options_.join_cells);
+    MadeZones made = make_zones(tables, options_.border_width, options_.join_cells, former);
     tables_.mesh = std::move(made.mesh);
     tables_.zones = std::move(made.zones);
     tables_.lists = lists_of(tables, *tables_.zones);
+  }
+  std::span<const DrawnBatch> batches = tables_.zones->batches;
+  if (tables_.mesh) {
+    tables_.mesh->colors = copied_colors(tables.vertex_colors, batches.back());
+    batches = batches.first(batches.size() - 1);
+  }
+  if (!(former_.colors == tables.vertex_colors)) {
+    for (const DrawnBatch& batch : batches) tables_.colors.push_back(copied_colors(tables.vertex_colors, batch));
   }
   tables_.references = unranked(*tables_.lists);
   tables_.views = view_table(snapshot_, array_.contents);

@@ -43,8 +43,9 @@ struct PreparationOptions {
 struct PreparedTables {
   std::shared_ptr<const SnapshotTables> tables;
   std::shared_ptr<const DrawnZones> zones;
-  std::optional<ZoneMesh> mesh;                    // none: the former one stays
-  std::optional<std::vector<glm::u8vec3>> colors;  // of a mesh that stays; none: they stay too
+  std::optional<ZoneMesh> mesh;  // of the last batch; none: no batch is new
+  // For each batch that stays, in their order; none: they stay too.
+  std::vector<std::vector<glm::u8vec3>> colors;
   std::shared_ptr<const ZoneReferences> lists;
   std::vector<RankedReference> references;  // not ranked yet
   std::vector<glm::vec4> views;

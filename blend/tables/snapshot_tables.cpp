@@ -44,7 +44,7 @@ std::shared_ptr<const SnapshotTables> tables_after(const SnapshotTables* former,
   tables->references = snapshot.references;
   tables->cell_seen = snapshot.cell_seen;
   tables->cell_deviation = snapshot.cell_deviation;
-  tables->changes = former != nullptr && (former->changes || (same.surface && !same.references));
+  tables->changes = former != nullptr && (former->changes || !same.surface || !same.references);
   if (same.surface) {
     tables->near_depth = former->near_depth;
     tables->before_far = former->before_far;
@@ -69,33 +69,19 @@ bool stays(const DrawnZones* zones, const SameTables& same) {
   return zones != nullptr && same.surface && (same.references || !zones->is_joined);
 }
 
-MadeZones make_zones(const SnapshotTables& tables, double border_width, bool join_cells) {
-  const Surface& surface = *tables.surface;
-  auto zones = std::make_shared<DrawnZones>();
-  zones->surface = tables.surface;
-  zones->border_width = border_width;
-  CellShares shares = share_cells(surface, border_width * surface.cells.size);
-  zones->is_joined = join_cells && border_width > 0 && !tables.changes;
-  if (zones->is_joined) shares = joined(std::move(shares), first_of_same_references(tables.references));
-  ZoneMesh mesh = zone_mesh(surface.mesh, tables.vertex_colors.get(), surface.cells.cell_of_face, shares);
-  zones->balls = balls_of_combinations(mesh);
-  zones->runs = DrawnRuns(mesh);
-  zones->cells = std::move(mesh.zone_cells);
-  zones->vertex_sources = std::move(mesh.sources);
-  return {std::move(mesh), std::move(zones)};
+MadeZones make_zones(const SnapshotTables& tables, double border_width, bool join_cells, const DrawnZones* former) {
+  ZoneOptions options;
+  options.border_width = border_width;
+  options.will_change = tables.changes;
+  if (join_cells && border_width > 0 && !tables.changes) {
+    options.stands_for = first_of_same_references(tables.references);
+  }
+  return make_zones(tables.surface, options, former);
 }
 
 std::shared_ptr<const ZoneReferences> lists_of(const SnapshotTables& tables, const DrawnZones& zones) {
   return std::make_shared<const ZoneReferences>(
       zone_references(zones.cells, tables.references, tables.cell_seen, tables.cell_deviation));
-}
-
-std::vector<glm::u8vec3> copied_colors(const FallbackColors& colors, const DrawnZones& zones) {
-  const FallbackColors::Colors& now = colors.get();
-  std::vector<glm::u8vec3> copies;
-  copies.reserve(zones.vertex_sources.size());
-  for (const std::uint32_t vertex : zones.vertex_sources) copies.push_back(now[vertex]);
-  return copies;
 }
 
 }  // namespace lumatlas

@@ -12,8 +12,7 @@
 
 #include "atlas/snapshot.h"
 #include "blend/exposure.h"
-#include "blend/tables/drawn_runs.h"
-#include "blend/tables/ranked_references.h"
+#include "blend/tables/drawn_zones.h"
 #include "blend/tables/zone_mesh.h"
 
 namespace lumatlas {
@@ -25,8 +24,8 @@ struct SnapshotTables {
   ReferenceTable references;
   std::vector<std::uint8_t> cell_seen;
   std::vector<float> cell_deviation;
-  // The cells that may be joined change with every view, and with them the mesh. So once a store has changed under its
-  // surface, no cells are joined any more, under later surfaces either.
+  // The cells that may be joined change with every view, and with them the mesh. So once a store or its surface has
+  // changed, no cells are joined any more.
   bool changes = false;
   double near_depth = 0;           // of the nearest surface drawn
   double before_far = 0;           // depth_before_far() of the surface, as large as a float can be without a far sphere
@@ -34,17 +33,6 @@ struct SnapshotTables {
   std::uint32_t cubic_levels = 0;  // finest levels that are sampled cubically
   NearbyExposure nearby_exposure;
   std::vector<std::optional<glm::dvec3>> stored_centers;  // of the views' cameras, by slot
-};
-
-// A mesh on the GPU, and what has to be known of it afterwards.
-struct DrawnZones {
-  std::shared_ptr<const Surface> surface;
-  double border_width = 0;
-  bool is_joined = false;  // cells that refer to the same views were joined
-  ZoneCells cells;
-  std::vector<Ball> balls;  // around the faces of each combination of cells
-  std::vector<std::uint32_t> vertex_sources;
-  DrawnRuns runs;
 };
 
 // What is the same in two snapshots.
@@ -65,16 +53,10 @@ void check_after(const SnapshotTables* former, const Snapshot& snapshot);
 // Returns whether a mesh, which may be null, is that of the next snapshot too.
 [[nodiscard]] bool stays(const DrawnZones* zones, const SameTables& same);
 
-// The mesh for a width as in BlendOptions, and what is known of it afterwards.
-struct MadeZones {
-  ZoneMesh mesh;  // without cells and sources
-  std::shared_ptr<const DrawnZones> zones;
-};
-[[nodiscard]] MadeZones make_zones(const SnapshotTables& tables, double border_width, bool join_cells);
+// Returns the mesh for a width as in BlendOptions. `former`: the mesh of a former snapshot, or null.
+[[nodiscard]] MadeZones make_zones(const SnapshotTables& tables, double border_width, bool join_cells,
+                                   const DrawnZones* former);
 
 [[nodiscard]] std::shared_ptr<const ZoneReferences> lists_of(const SnapshotTables& tables, const DrawnZones& zones);
-
-// Returns the colours of the vertices that copy those of the surface.
-[[nodiscard]] std::vector<glm::u8vec3> copied_colors(const FallbackColors& colors, const DrawnZones& zones);
 
 }  // namespace lumatlas

@@ -4,10 +4,8 @@
 #include <algorithm>
 #include <bit>
 #include <glm/glm.hpp>
-#include <limits>
-#include <map>
-#include <numeric>
 #include <string>
+#include <unordered_map>
 #include <utility>
 
 #include "blend/gl/egl_context.h"
@@ -31,67 +29,66 @@ std::size_t shader_of(const CellShares::Zone& cells) {
   return shader;
 }
 
-// The zone of each face.
-std::vector<std::uint32_t> zones_of_faces(const std::vector<CellId>& cell_of_face, const CellShares& shares,
-                                          ZoneCells& known) {
-  std::map<std::pair<std::uint32_t, std::uint32_t>, std::uint32_t> numbers;
-  std::map<CellShares::Zone, std::uint32_t> combinations;
-  std::vector<std::uint32_t> zones;
-  zones.reserve(cell_of_face.size());
-  for (std::size_t face = 0; face < cell_of_face.size(); ++face) {
-    if (face > 0 && shares.zone_of_face[face] == shares.zone_of_face[face - 1] &&
-        cell_of_face[face] == cell_of_face[face - 1]) {
-      zones.push_back(zones.back());
-      continue;
-    }
-    const auto [entry, added] = numbers.emplace(std::pair(shares.zone_of_face[face], cell_of_face[face]),
-                                                static_cast<std::uint32_t>(known.cell.size()));
-    if (added) {
-      const CellShares::Zone& cells = shares.zones[shares.zone_of_face[face]];
-      const auto [combination, is_new] =
-          combinations.emplace(cells, static_cast<std::uint32_t>(known.combinations.size()));
-      if (is_new) known.combinations.push_back(cells);
-      known.combination.push_back(combination->second);
-      known.cell.push_back(cell_of_face[face]);
-    }
-    zones.push_back(entry->second);
-  }
-  return zones;
-}
+// Numbers the zones of the faces of some cells, and those of each face.
+class ZoneNumbers {
+ public:
+  ZoneNumbers(const CellShares& shares, ZoneCells& zones) : shares_(shares), zones_(zones) {}
 
-// Puts two zeros before each of a number's lowest 10 bits.
-std::uint32_t spread_bits(std::uint32_t bits) {
-  bits = (bits | bits << 16) & 0x030000FFu;
-  bits = (bits | bits << 8) & 0x0300F00Fu;
-  bits = (bits | bits << 4) & 0x030C30C3u;
-  return (bits | bits << 2) & 0x09249249u;
-}
-
-// Returns the faces cell by cell along a Z-order curve through the cells, so that faces near each other in this order
-// are near each other in space.
-std::vector<std::uint32_t> faces_in_space(const Mesh& mesh, const std::vector<CellId>& cell_of_face) {
-  constexpr float kCurveSteps = 1023;
-  const Bounds box = bounds(mesh);
-  const glm::vec3 size = glm::max(glm::vec3(box.max - box.min), glm::vec3(std::numeric_limits<float>::min()));
-  std::vector<std::uint64_t> keys;  // place on the curve of the cell's first face, cell
-  std::vector<std::uint64_t> key_of_cell;
-  keys.reserve(cell_of_face.size());
-  for (std::size_t face = 0; face < cell_of_face.size(); ++face) {
-    const std::size_t cell = cell_of_face[face];
-    if (cell >= key_of_cell.size()) key_of_cell.resize(cell + 1, std::uint64_t{kNone} << 32);
-    if (key_of_cell[cell] == std::uint64_t{kNone} << 32) {
-      const glm::vec3 share = (mesh.positions[mesh.faces[face].x] - glm::vec3(box.min)) / size;
-      const glm::uvec3 at(glm::clamp(share, glm::vec3(0), glm::vec3(1)) * kCurveSteps);
-      const std::uint32_t place = spread_bits(at.x) | spread_bits(at.y) << 1 | spread_bits(at.z) << 2;
-      key_of_cell[cell] = std::uint64_t{place} << 32 | cell;
-    }
-    keys.push_back(key_of_cell[cell]);
+  void begin_cell(CellId cell) {
+    cell_ = cell;
+    of_cell_.clear();
   }
-  std::vector<std::uint32_t> order(cell_of_face.size());
-  std::iota(order.begin(), order.end(), 0);
-  std::stable_sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) { return keys[a] < keys[b]; });
-  return order;
-}
+  // Returns the zone of a face of the cell.
+  std::uint32_t of(std::uint32_t face) {
+    const std::uint32_t shared = shares_.zone_of_face[face];
+    if (!of_cell_.empty() && of_cell_.back().first == shared) return of_cell_.back().second;
+    const auto known =
+        std::find_if(of_cell_.begin(), of_cell_.end(), [&](const auto& entry) { return entry.first == shared; });
+    if (known != of_cell_.end()) {
+      std::swap(*known, of_cell_.back());
+      return of_cell_.back().second;
+    }
+    const auto [combination, is_new] =
+        combinations_.emplace(shared, static_cast<std::uint32_t>(zones_.combinations.size()));
+    if (is_new) zones_.combinations.push_back(shares_.zones[shared]);
+    of_cell_.emplace_back(shared, static_cast<std::uint32_t>(zones_.cell.size()));
+    zones_.combination.push_back(combination->second);
+    zones_.cell.push_back(cell_);
+    return of_cell_.back().second;
+  }
+
+ private:
+  const CellShares& shares_;
+  ZoneCells& zones_;
+  CellId cell_;
+  std::vector<std::pair<std::uint32_t, std::uint32_t>> of_cell_;   // zone of the shares, number; the last one met last
+  std::unordered_map<std::uint32_t, std::uint32_t> combinations_;  // by zone of the shares
+};
+
+// Finds the copy of a vertex that has a zone.
+class CopyTable {
+ public:
+  explicit CopyTable(std::size_t corners) : entries_(std::bit_ceil(corners + 1), {kNone, kNone, kNone}) {}
+
+  // Returns the copy, and whether it is new: it has the number `next` then.
+  std::pair<std::uint32_t, bool> find(std::uint32_t vertex, std::uint32_t zone, std::uint32_t next) {
+    const std::uint64_t key = (std::uint64_t{zone} << 32U | vertex) * 0x9e3779b97f4a7c15ull;
+    for (std::size_t i = key >> 32U;; ++i) {
+      Entry& entry = entries_[i & (entries_.size() - 1)];
+      if (entry.copy == kNone) {
+        entry = {vertex, zone, next};
+        return {next, true};
+      }
+      if (entry.vertex == vertex && entry.zone == zone) return {entry.copy, false};
+    }
+  }
+
+ private:
+  struct Entry {
+    std::uint32_t vertex, zone, copy;
+  };
+  std::vector<Entry> entries_;
+};
 
 // Appends the references of a zone of several cells.
 void merge_references(const CellShares::Zone& cells, const ReferenceTable& references,
@@ -112,37 +109,44 @@ void merge_references(const CellShares::Zone& cells, const ReferenceTable& refer
 
 }  // namespace
 
-ZoneMesh zone_mesh(const Mesh& mesh, const std::vector<glm::u8vec3>& colors, const std::vector<CellId>& cell_of_face,
-                   const CellShares& shares) {
-  ZoneMesh copy;
-  const std::vector<std::uint32_t> zones = zones_of_faces(cell_of_face, shares, copy.zone_cells);
-  std::vector<std::uint32_t> newest(mesh.positions.size(), kNone);
-  std::vector<std::uint32_t> older;  // the next copy of the same vertex
-  const auto copied = [&](std::size_t face, int corner) {
-    const std::uint32_t vertex = mesh.faces[face][corner];
-    std::uint32_t found = newest[vertex];
-    while (found != kNone && copy.zones[found] != zones[face]) found = older[found];
-    if (found != kNone) return found;
-    found = static_cast<std::uint32_t>(copy.zones.size());
-    copy.zones.push_back(zones[face]);
-    older.push_back(std::exchange(newest[vertex], found));
-    copy.positions.push_back(mesh.positions[vertex]);
-    copy.colors.push_back(colors[vertex]);
-    copy.sources.push_back(vertex);
-    const glm::vec4& of_cells = shares.corners[face][static_cast<std::size_t>(corner)];
-    copy.shares.emplace_back(glm::round(of_cells * 65535.0F));
-    return found;
+ChunkMesh chunk_mesh(const Mesh& mesh, const FacesOfCells& faces, std::span<const CellId> cells,
+                     const CellShares& shares) {
+  struct CornersOfFace {
+    std::uint32_t face, zone, cell, first_corner;
   };
-  const std::vector<std::uint32_t> order = faces_in_space(mesh, cell_of_face);
-  for (std::size_t shader = 0; shader < kCellsOfShader.size(); ++shader) {
-    const std::size_t before = copy.faces.size();
-    for (const std::uint32_t face : order) {
-      if (shader_of(copy.zone_cells.combinations[copy.zone_cells.combination[zones[face]]]) != shader) continue;
-      copy.faces.emplace_back(copied(face, 0), copied(face, 1), copied(face, 2));
+  ChunkMesh chunk;
+  std::array<std::vector<CornersOfFace>, kCellsOfShader.size()> of_shader;
+  ZoneNumbers zones(shares, chunk.zone_cells);
+  std::size_t all = 0;
+  for (std::uint32_t cell = 0; cell < cells.size(); ++cell) {
+    zones.begin_cell(cells[cell]);
+    const std::span<const std::uint32_t> of_cell = faces.of(cells[cell]);
+    all += of_cell.size();
+    for (std::uint32_t i = 0; i < of_cell.size(); ++i) {
+      const std::uint32_t zone = zones.of(of_cell[i]);
+      of_shader.at(shader_of(shares.zones[shares.zone_of_face[of_cell[i]]])).push_back({of_cell[i], zone, cell, 3 * i});
     }
-    copy.face_counts.at(shader) = copy.faces.size() - before;
   }
-  return copy;
+  CopyTable copies(3 * all);
+  for (std::size_t shader = 0; shader < of_shader.size(); ++shader) {
+    chunk.faces.at(shader).reserve(of_shader.at(shader).size());
+    for (const auto& [face, zone, cell, first_corner] : of_shader.at(shader)) {
+      glm::uvec3 corners;
+      for (int corner = 0; corner < 3; ++corner) {
+        const std::uint32_t vertex = mesh.faces[face][corner];
+        const auto [copy, is_new] = copies.find(vertex, zone, static_cast<std::uint32_t>(chunk.zones.size()));
+        corners[corner] = copy;
+        if (!is_new) continue;
+        chunk.zones.push_back(zone);
+        chunk.positions.push_back(mesh.positions[vertex]);
+        chunk.sources.push_back({cell, first_corner + static_cast<std::uint32_t>(corner)});
+        const glm::vec4& of_cells = shares.corners[face][static_cast<std::size_t>(corner)];
+        chunk.shares.emplace_back(glm::round(of_cells * 65535.0F));
+      }
+      chunk.faces.at(shader).push_back(corners);
+    }
+  }
+  return chunk;
 }
 
 std::uint32_t deviation_bits(float deviation) {

@@ -10,9 +10,11 @@
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 #include <glm/vec4.hpp>
+#include <span>
 #include <vector>
 
 #include "atlas/reference_table.h"
+#include "blend/tables/draw_chunks.h"
 #include "blend/tables/fade_zone_shares.h"
 #include "mesh/mesh.h"
 
@@ -28,23 +30,37 @@ struct ZoneCells {
   std::vector<CellShares::Zone> combinations;
 };
 
-// The mesh with a vertex for each zone that it is a corner of, because its shares are in the order of the zone's
-// cells, and because a flat attribute tells the shader which zone a face has.
+// A mesh with a vertex for each zone that it is a corner of, because its shares are in the order of the zone's cells,
+// and because a flat attribute tells the shader which zone a face has.
 struct ZoneMesh {
   std::vector<glm::vec3> positions;
   std::vector<glm::u8vec3> colors;
-  std::vector<std::uint32_t> sources;  // for each vertex, the vertex of the mesh that it copies
-  std::vector<glm::u16vec4> shares;    // 65535 is 1
-  std::vector<std::uint32_t> zones;    // one per vertex
+  std::vector<glm::u16vec4> shares;  // 65535 is 1
+  std::vector<std::uint32_t> zones;  // one per vertex
   // Sorted by how many cells they have (kCellsOfShader), then so that faces near each other here are so in space.
   std::vector<glm::uvec3> faces;
   std::array<std::size_t, kCellsOfShader.size()> face_counts{};
+};
+
+// A corner of a face of a cell. The number of the face is that of its corners over 3, among those of the cell.
+struct CornerOfCell {
+  std::uint32_t cell;  // which of the chunk's
+  std::uint32_t corner;
+};
+
+// The faces of some cells so. Zones and combinations are those of these cells alone; they name cells of the mesh.
+struct ChunkMesh {
+  std::vector<glm::vec3> positions;
+  std::vector<CornerOfCell> sources;  // for each vertex, what it copies
+  std::vector<glm::u16vec4> shares;
+  std::vector<std::uint32_t> zones;
+  std::array<std::vector<glm::uvec3>, kCellsOfShader.size()> faces;
   ZoneCells zone_cells;
 };
 
-// `colors` has one for each vertex, `cell_of_face` and `shares` one for each face.
-[[nodiscard]] ZoneMesh zone_mesh(const Mesh& mesh, const std::vector<glm::u8vec3>& colors,
-                                 const std::vector<CellId>& cell_of_face, const CellShares& shares);
+// `faces` are of all cells of the mesh, `shares` has one for each face.
+[[nodiscard]] ChunkMesh chunk_mesh(const Mesh& mesh, const FacesOfCells& faces, std::span<const CellId> cells,
+                                   const CellShares& shares);
 
 // The tables that shaders/tables.glsl reads.
 struct ZoneReferences {

@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "blend/renderer.h"
-#include "blend/tables/drawn_runs.h"
 #include "tests/support/gl_test_context.h"
 #include "tests/support/rendering_difference.h"
 #include "tests/support/scenes/small_scenes.h"
@@ -91,50 +90,6 @@ TEST_CASE("what a large picture is drawn into takes little more than the picture
   CHECK(renderer.work().targets == 1920 * 1080 * (16 + 8 + 4 + 4 * (16 + 8) + 4 + 4 + 4 + 4));
   CHECK_THROWS_WITH(renderer.set_options({.part_px = 63}), "renderer: part_px is 63, must be in [64, 4000]");
   CHECK_THROWS_WITH(Renderer({.part_px = 4001}), "renderer: part_px is 4001, must be in [64, 4000]");
-}
-
-// Returns faces at the points of a grid in the plane z = 1, a square of 32 x 32 points after another.
-ZoneMesh grid_of_faces(std::uint32_t across) {
-  ZoneMesh mesh;
-  for (std::uint32_t face = 0; face < across * across; ++face) {
-    const std::uint32_t square = face / 1024, squares = across / 32;
-    const glm::vec3 at(square % squares * 32 + face % 32, square / squares * 32 + face % 1024 / 32, 1);
-    const auto first = static_cast<std::uint32_t>(mesh.positions.size());
-    for (const glm::vec3& corner : {glm::vec3(0), glm::vec3(0.25, 0, 0), glm::vec3(0, 0.25, 0)}) {
-      mesh.positions.push_back(at + corner);
-    }
-    mesh.faces.emplace_back(first, first + 1, first + 2);
-  }
-  return mesh;
-}
-
-TEST_CASE("all faces in view are in the runs that are drawn, and few others") {
-  constexpr std::uint32_t kAcross = 128;
-  ZoneMesh mesh = grid_of_faces(kAcross);
-  mesh.face_counts = {kAcross * kAcross / 2, 0, kAcross * kAcross / 2};
-  const DrawnRuns runs(mesh);
-  Camera camera = centered_camera(100, 100, 50);
-  camera.cam_from_world_translation = {-40, -20, 5};  // sees a square of 12 around (40, 20)
-  const DrawnRuns::OfShaders seen = runs.in_view(camera);
-  CHECK(seen[1].empty());
-  std::vector<int> drawn(mesh.faces.size(), 0);
-  std::size_t count = 0;
-  for (const std::vector<FaceRun>& of_shader : seen) {
-    for (const FaceRun& run : of_shader) {
-      CHECK((&of_shader == &seen[0] ? run.first + run.count <= mesh.face_counts[0] : run.first >= mesh.face_counts[0]));
-      for (std::uint32_t face = run.first; face < run.first + run.count; ++face) ++drawn.at(face);
-      count += run.count;
-    }
-  }
-  for (std::size_t face = 0; face < mesh.faces.size(); ++face) {
-    const glm::dvec2 at = camera.image_from_cam(camera.cam_from_world(mesh.positions[mesh.faces[face].x]));
-    const bool in_image = at.x >= 0 && at.y >= 0 && at.x < 100 && at.y < 100;
-    if (in_image) CHECK(drawn[face] == 1);
-    CHECK(drawn[face] <= 1);
-  }
-  CHECK(count < mesh.faces.size() / 2);
-  camera.cam_from_world_translation.z = -50;  // all is behind
-  for (const std::vector<FaceRun>& of_shader : runs.in_view(camera)) CHECK(of_shader.empty());
 }
 
 }  // namespace

@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: GPL-3.0-or-later
+// Internal to blend/: the cells of a surface in chunks, by the cubes of a grid that their centroids are in. The mesh is
+// laid out chunk by chunk, so that what is laid out stays where neither a chunk nor the surface around it has changed.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <glm/vec3.hpp>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "atlas/surface.h"
+
+namespace lumatlas {
+
+struct DrawChunk {
+  std::uint64_t cube = 0;     // its place on a Z-order curve through the scene
+  std::vector<CellId> cells;  // ascending
+};
+
+// The faces of each cell, ascending.
+class FacesOfCells {
+ public:
+  FacesOfCells() = default;
+  explicit FacesOfCells(const Cells& cells);
+
+  [[nodiscard]] std::span<const std::uint32_t> of(CellId cell) const {
+    return std::span(faces_).subspan(offsets_[cell], offsets_[cell + 1] - offsets_[cell]);
+  }
+
+ private:
+  std::vector<std::uint32_t> offsets_, faces_;
+};
+
+// Returns a number for each cell: the same for cells whose faces have the same coordinates, in the same order, and
+// another one for all others that ever occur together, by 64 bits of a hash.
+[[nodiscard]] std::vector<std::uint64_t> hashes_of_cells(const Mesh& mesh, const FacesOfCells& faces,
+                                                         std::size_t cells);
+// Returns a hash of these cells in their order.
+[[nodiscard]] std::uint64_t hash_of_cells(std::span<const CellId> cells, std::span<const std::uint64_t> hashes);
+
+class DrawChunks {
+ public:
+  // The surface must outlive this.
+  explicit DrawChunks(const Surface& surface);
+
+  // Returns the chunks in the order of their cubes. Each has a cell.
+  [[nodiscard]] const std::vector<DrawChunk>& all() const { return chunks_; }
+
+  // Returns the cells on whose faces the shares of the chunk's own may depend, ascending, its own among them: those
+  // within `width`, as of share_cells(), of a cell that touches the chunk. Beyond these shares depend only on faces
+  // that more than kCellsPerZone cells would share and that form a chain from there to the chunk.
+  [[nodiscard]] std::vector<CellId> around(const DrawChunk& chunk, double width) const;
+
+  // Returns false for a surface with many cells that are larger than a chunk, where around() takes long.
+  [[nodiscard]] bool are_even() const;
+
+ private:
+  using Cube = std::array<std::int32_t, 3>;
+  struct Box {
+    glm::dvec3 least, most;
+  };
+
+  [[nodiscard]] Cube cube_of(const glm::dvec3& place) const;
+  [[nodiscard]] Box box_of(std::span<const CellId> cells) const;
+  [[nodiscard]] std::vector<CellId> touching(const Box& box) const;
+
+  const Surface& surface_;
+  double side_ = 0;  // of a cube, scene units
+  std::vector<DrawChunk> chunks_;
+  std::vector<CellId> large_cells_;  // ascending
+};
+
+// Returns a part of the surface: these cells, ascending, in their order, with their faces and the vertices of these.
+[[nodiscard]] Surface part_of_cells(const Surface& surface, const FacesOfCells& faces, std::span<const CellId> cells);
+
+}  // namespace lumatlas
