@@ -21,6 +21,7 @@
 #include "atlas/images/pixel_memory.h"
 #include "atlas/images/srgb.h"
 #include "mesh/cells/spreading.h"
+#include "mesh/vertex_faces.h"
 
 namespace lumatlas {
 
@@ -243,8 +244,24 @@ void VertexColors::begin(const std::shared_ptr<const Surface>& surface) {
   any_changed_ = true;
   spread_.clear();
   colors_.reset();
-  faces_.reset();
   surface_ = surface;
+}
+
+// Returns the place of each position, or PositionTable::kEmpty where it is not found soon after the one before. Most
+// vertices of a surface that changes in places keep their order.
+std::vector<std::uint32_t> VertexColors::places_in_order(const std::vector<glm::vec3>& positions) const {
+  constexpr std::size_t kLookAhead = 512;  // vertices: about as many as go at once
+  std::vector<std::uint32_t> places(positions.size(), PositionTable::kEmpty);
+  std::size_t next = 0;  // vertex before
+  for (std::size_t vertex = 0; vertex < places.size(); ++vertex) {
+    const std::size_t end = std::min(next + kLookAhead, place_of_vertex_.size());
+    std::size_t same = next;
+    while (same < end && places_[place_of_vertex_[same]] != positions[vertex]) ++same;
+    if (same == end) continue;
+    places[vertex] = place_of_vertex_[same];
+    next = same + 1;
+  }
+  return places;
 }
 
 // Keeps the sums of vertices at the same places, and projects the others. Views that have changed too are projected
@@ -253,13 +270,19 @@ bool VertexColors::take_over(const std::shared_ptr<const Surface>& surface,
                              std::span<const std::shared_ptr<const StoredView>> views) {
   if (!surface_) return false;
   const std::vector<glm::vec3>& positions = surface->mesh.positions;
-  std::vector<std::uint32_t> places(positions.size());
+  std::vector<std::uint32_t> places = places_in_order(positions);
   {
-    const PositionTable known(places_, place_of_vertex_);
+    std::vector<std::uint8_t> is_found(places_.size(), 0);
+    for (const std::uint32_t place : places) {
+      if (place != PositionTable::kEmpty) is_found[place] = 1;
+    }
+    std::vector<std::uint32_t> others = place_of_vertex_;
+    std::erase_if(others, [&](std::uint32_t place) { return is_found[place] != 0; });
+    const PositionTable known(places_, others);
     tbb::parallel_for(tbb::blocked_range<std::size_t>(0, positions.size(), kVertexBlock),
                       [&](const tbb::blocked_range<std::size_t>& range) {
                         for (std::size_t vertex = range.begin(); vertex != range.end(); ++vertex) {
-                          places[vertex] = known.find(positions[vertex]);
+                          if (places[vertex] == PositionTable::kEmpty) places[vertex] = known.find(positions[vertex]);
                         }
                       });
   }
@@ -278,7 +301,6 @@ bool VertexColors::take_over(const std::shared_ptr<const Surface>& surface,
   any_changed_ = true;
   spread_.clear();
   colors_.reset();
-  faces_.reset();
   surface_ = surface;
   for (std::size_t slot = 0; slot < std::min(shown_.size(), views.size()); ++slot) {
     Shown& shown = shown_[slot];
@@ -346,30 +368,45 @@ void VertexColors::color_changed(Colors& colors) {
                     });
 }
 
-std::vector<glm::vec4> VertexColors::light() const {
-  std::vector<glm::vec4> light(place_of_vertex_.size());
-  std::transform(place_of_vertex_.begin(), place_of_vertex_.end(), light.begin(),
-                 [&](std::uint32_t place) { return light_of(sums_[place]); });
-  return light;
+// Returns for each vertex that no view shows the colour that has spread to it, and zeros for the others. Only faces
+// with such a vertex are looked at: the others pass nothing on.
+std::vector<glm::vec4> VertexColors::spread_light() const {
+  constexpr std::uint32_t kUnused = ~0u;
+  std::vector<std::uint32_t> number(place_of_vertex_.size(), kUnused);
+  std::vector<std::uint32_t> vertices;  // of the part
+  std::vector<glm::uvec3> faces;
+  for (glm::uvec3 face : surface_->mesh.faces) {
+    if (!is_bare(face.x) && !is_bare(face.y) && !is_bare(face.z)) continue;
+    for (int corner = 0; corner < 3; ++corner) {
+      std::uint32_t& known = number[face[corner]];
+      if (known == kUnused) {
+        known = static_cast<std::uint32_t>(vertices.size());
+        vertices.push_back(face[corner]);
+      }
+      face[corner] = known;
+    }
+    faces.push_back(face);
+  }
+  std::vector<glm::vec4> light;
+  light.reserve(vertices.size());
+  for (const std::uint32_t vertex : vertices) light.push_back(light_of(sums_[place_of_vertex_[vertex]]));
+  lumatlas::spread(faces, VertexFaces(light.size(), faces), light);
+  std::vector<glm::vec4> spread(place_of_vertex_.size(), glm::vec4(0));
+  for (std::size_t i = 0; i < vertices.size(); ++i) {
+    if (is_bare(vertices[i])) spread[vertices[i]] = light[i];
+  }
+  return spread;
 }
 
 // Colours the vertices that no view shows. Changes only those to which another colour than before has spread.
 void VertexColors::spread(Colors& colors) {
-  const auto has_none = [this](std::uint32_t place) { return !(sums_[place].w > 0); };
-  if (std::none_of(place_of_vertex_.begin(), place_of_vertex_.end(), has_none)) {
-    spread_.clear();
-    return;
-  }
-  if (!faces_) faces_.emplace(place_of_vertex_.size(), surface_->mesh.faces);
-  const std::vector<glm::vec4> last = std::exchange(spread_, light());
-  lumatlas::spread(surface_->mesh.faces, *faces_, spread_);
-  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, colors.size(), kVertexBlock),
-                    [&](const tbb::blocked_range<std::size_t>& range) {
-                      for (std::size_t vertex = range.begin(); vertex != range.end(); ++vertex) {
-                        const std::uint32_t place = place_of_vertex_[vertex];
-                        if (!has_none(place)) continue;
-                        const bool stays =
-                            colors_ && changed_[place] == 0 && !last.empty() && last[vertex] == spread_[vertex];
+  const std::vector<glm::vec4> last = std::exchange(spread_, spread_light());
+  tbb::parallel_for(tbb::blocked_range<std::uint32_t>(0, static_cast<std::uint32_t>(colors.size()), kVertexBlock),
+                    [&](const tbb::blocked_range<std::uint32_t>& range) {
+                      for (std::uint32_t vertex = range.begin(); vertex != range.end(); ++vertex) {
+                        if (!is_bare(vertex)) continue;
+                        const bool stays = colors_ && changed_[place_of_vertex_[vertex]] == 0 && !last.empty() &&
+                                           last[vertex] == spread_[vertex];
                         if (stays) continue;
                         colors[vertex] = spread_[vertex].w > 0 ? srgb_of(spread_[vertex]) : glm::u8vec3(kMidGrey);
                       }

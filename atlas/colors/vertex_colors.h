@@ -9,14 +9,12 @@
 #include <glm/vec4.hpp>
 #include <memory>
 #include <mutex>
-#include <optional>
 #include <span>
 #include <vector>
 
 #include "atlas/surface.h"
 #include "atlas/views/stored_view.h"
 #include "mesh/mesh.h"
-#include "mesh/vertex_faces.h"
 
 namespace lumatlas {
 
@@ -80,6 +78,7 @@ class VertexColors {
 
   [[nodiscard]] static bool is_of(const Shown& shown, const std::shared_ptr<const StoredView>& view);
   void begin(const std::shared_ptr<const Surface>& surface);
+  [[nodiscard]] std::vector<std::uint32_t> places_in_order(const std::vector<glm::vec3>& positions) const;
   [[nodiscard]] bool take_over(const std::shared_ptr<const Surface>& surface,
                                std::span<const std::shared_ptr<const StoredView>> views);
   void update(const std::shared_ptr<const Surface>& surface, std::span<const std::shared_ptr<const StoredView>> views,
@@ -87,7 +86,9 @@ class VertexColors {
   void follow(std::span<const std::shared_ptr<const StoredView>> views, std::span<const glm::dvec3> gains);
   enum class Count { add, take_away };
   void count(std::span<const VertexSample> samples, const glm::dvec3& gain, Count how);
-  [[nodiscard]] std::vector<glm::vec4> light() const;
+  // Returns whether no view shows the vertex.
+  [[nodiscard]] bool is_bare(std::uint32_t vertex) const { return sums_[place_of_vertex_[vertex]].w == 0; }
+  [[nodiscard]] std::vector<glm::vec4> spread_light() const;
   void color_changed(Colors& colors);
   void spread(Colors& colors);
 
@@ -102,9 +103,8 @@ class VertexColors {
   std::vector<std::uint8_t> changed_;    // one per place: 1 if its sum has changed
   std::vector<glm::u8vec3> sum_colors_;  // one per place: of its sum
   bool any_changed_ = false;
-  std::vector<glm::vec4> spread_;  // one per vertex: weighted linear colour and weight, with colours that were spread
+  std::vector<glm::vec4> spread_;         // one per vertex: weighted linear colour and weight that have spread to it
   std::shared_ptr<const Colors> colors_;  // null: none were made of this surface
-  std::optional<VertexFaces> faces_;      // made when colours are spread for the first time
   std::uint64_t samples_counted_ = 0;
 };
 
