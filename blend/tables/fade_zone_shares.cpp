@@ -18,6 +18,7 @@
 #include <stdexcept>
 #include <string>
 #include <tuple>
+#include <unordered_map>
 #include <utility>
 
 #include "mesh/base/number_text.h"
@@ -330,6 +331,17 @@ glm::vec4 in_order_of(const CellShares::Zone& zone, const std::vector<Share>& sh
   return ordered;
 }
 
+struct ZoneHash {
+  std::size_t operator()(const CellShares::Zone& zone) const {
+    std::uint64_t hash = 0;
+    for (const CellId cell : zone) {
+      hash = (hash ^ cell) * 0x9e3779b97f4a7c15ull;
+      hash ^= hash >> 32U;
+    }
+    return hash;
+  }
+};
+
 // A zone and the zone whose cells stand for its own, with their positions there.
 struct JoinedZone {
   CellShares::Zone zone{CellId::none, CellId::none, CellId::none, CellId::none};
@@ -398,7 +410,7 @@ CellShares share_cells(const Surface& surface, double width) {
                            in_order_of(zones[i], vertices[face.z])};
     }
   });
-  std::map<CellShares::Zone, std::uint32_t> numbers;
+  std::unordered_map<CellShares::Zone, std::uint32_t, ZoneHash> numbers;
   result.zone_of_face.reserve(zones.size());
   for (std::size_t face = 0; face < zones.size(); ++face) {
     if (face > 0 && zones[face] == zones[face - 1]) {
