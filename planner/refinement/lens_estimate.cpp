@@ -29,6 +29,7 @@ class Estimator {
  public:
   Estimator(const JointInput& input, const LensOptions& options)
       : least_improvement_(options.least_improvement),
+        most_lenses_(options.most_lenses),
         solver_(input, {options.alignment, options.most_points, options.most_operations, options.cancel_check}) {
     for (const std::vector<ViewSlot>& slots : solver_.slots_of_lenses()) lenses_.emplace_back().slots = slots;
     most_improvement_.assign(lenses_.size(), 0);
@@ -38,7 +39,7 @@ class Estimator {
     LensEstimates result;
     result.lenses = lenses_;
     result.cameras = solver_.state().cameras;
-    result.too_many = !solver_.is_factored() && lenses_.size() > kMostLensesOfManyViews;
+    result.too_many = !solver_.is_factored() && lenses_.size() > most_lenses_;
     if (result.too_many) return result;
     result.views = solver_.views();
     result.points = solver_.points();
@@ -145,6 +146,7 @@ class Estimator {
   }
 
   double least_improvement_;
+  std::size_t most_lenses_;
   JointSolver solver_;
   std::vector<LensEstimate> lenses_;  // with their slots, and nothing estimated
   std::vector<double>

@@ -61,8 +61,8 @@ struct LensEstimates {
   std::size_t points = 0;            // that were fitted to
   std::size_t unknowns = 0;          // that were solved for together; 0 with no view
   std::vector<Camera> cameras;       // one per view slot: intrinsics as they were, poses refined along
-  // There are more lenses than kMostLensesOfManyViews, and more views than equations can be factored for: nothing was
-  // solved and no lens is significant.
+  // There are more than LensOptions::most_lenses, and equations are not factored: nothing was solved, and no lens is
+  // significant.
   bool too_many = false;
 
   // Returns whether any field is significant.
@@ -71,15 +71,13 @@ struct LensEstimates {
   [[nodiscard]] bool undecided() const;
 };
 
-// Lenses whose deviations are found where equations are not factored: each takes seven solutions.
-inline constexpr std::size_t kMostLensesOfManyViews = 16;
-
 struct LensOptions {
   AlignmentOptions alignment = {};  // its prior and max_move: how strongly poses are pulled to the given ones
   // Points of each view, evenly taken, >= 1. Time grows with it, and deviations fall with its square root.
   std::size_t most_points = std::numeric_limits<std::size_t>::max();
   std::size_t most_operations = kMostStepOperations;  // see PoseOptions::most_operations
-  double least_improvement = 0.01;                    // share of the residual, (0, 1): see LensEstimate::significant
+  std::size_t most_lenses = 16;     // where equations are not factored: the deviations of each take seven solutions
+  double least_improvement = 0.01;  // share of the residual, (0, 1): see LensEstimate::significant
   CancelCheck cancel_check = {};
 };
 

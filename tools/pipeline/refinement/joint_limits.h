@@ -17,7 +17,7 @@ inline constexpr std::size_t kFewestJointPoints = 300;  // points of each view
 // Returns what to tell where LensEstimates::too_many.
 [[nodiscard]] inline std::string too_many_lenses(std::uint32_t views) {
   return std::to_string(views) + " stored views share points with too many others to estimate more than " +
-         std::to_string(kMostLensesOfManyViews) +
+         std::to_string(LensOptions{}.most_lenses) +
          " lenses: they stay as given; --max-views 400 keeps few enough, or give all photographs of a camera one lens";
 }
 

@@ -111,6 +111,13 @@ TEST_CASE("where equations are not factored, poses and lenses are found as well"
   const LensEstimate by_factor = lenses(kMostStepOperations).lenses.at(0), by_steps = lenses(0).lenses.at(0);
   CHECK(by_steps.correction.focal == Approx(by_factor.correction.focal).epsilon(1e-3));
   CHECK(by_steps.deviation.focal == Approx(by_factor.deviation.focal).epsilon(0.05));
+  const LensEstimates refused =
+      estimate_lenses(input.atlas, input.views, input.given, input.samples, {.most_operations = 0, .most_lenses = 0});
+  CHECK(refused.too_many);
+  CHECK(refused.views == 0);
+  CHECK_FALSE(refused.significant());
+  CHECK_FALSE(refused.undecided());
+  CHECK_FALSE(estimate_lenses(input.atlas, input.views, input.given, input.samples, {.most_lenses = 0}).too_many);
 }
 
 }  // namespace
