@@ -15,6 +15,10 @@ uniform usampler2D surfaces;
 
 #ifdef SAMPLES
 #define SAMPLES_ACROSS float(samples.y)
+#ifdef LATE_STENCIL
+#include "silhouettes.glsl"
+uniform usampler2D middles;  // the surface at the middles of pixels
+#endif
 #else
 #define SAMPLES_ACROSS 1.0
 #endif
@@ -202,7 +206,11 @@ vec4 shown() {
   vec4 sum = vec4(0.0);
   ivec2 first = ivec2(gl_FragCoord.xy) * samples.y;
   int sample_number = 0;
-  do {
+  int count = samples.y * samples.y;
+#ifdef LATE_STENCIL
+  if (!is_sampled(middles, ivec2(gl_FragCoord.xy))) count = 0;
+#endif
+  while (sample_number < count) {
     ivec2 at = first + ivec2(sample_number % samples.y, sample_number / samples.y);
     Surface surface = surface_of(texelFetch(surfaces, at, 0));
     vec2 image = (vec2(at) + 0.5) / float(samples.y);
@@ -211,15 +219,24 @@ vec4 shown() {
     vec4 color = shade(surface, vec2(image.x, center.w - image.y));
     if (seen) sum += vec4(color.rgb, 1.0);
     ++sample_number;
-  } while (sample_number < samples.y * samples.y);
+  }
   if (!(sum.w > 0.0)) discard;
   return vec4(sum.rgb / sum.w, 0.0);
 }
 #else
 vec4 shown() {
   // The stencil lets no pixel without a surface pass; to discard here would keep drivers from testing it first.
-  Surface surface = surface_of(texelFetch(surfaces, ivec2(gl_FragCoord.xy), 0));
-  return shade(surface, vec2(gl_FragCoord.x, center.w - gl_FragCoord.y));
+  uvec4 texel = texelFetch(surfaces, ivec2(gl_FragCoord.xy), 0);
+#ifdef LATE_STENCIL
+  // Chromium's renderer in software shades what the stencil stops, and runs both sides of a branch, but leaves a loop.
+  vec4 color = vec4(0.0);
+  for (bool is_left = variant_of(texel) == CELLS; is_left; is_left = false) {
+    color = shade(surface_of(texel), vec2(gl_FragCoord.x, center.w - gl_FragCoord.y));
+  }
+  return color;
+#else
+  return shade(surface_of(texel), vec2(gl_FragCoord.x, center.w - gl_FragCoord.y));
+#endif
 }
 #endif
 

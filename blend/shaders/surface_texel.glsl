@@ -31,3 +31,8 @@ Surface surface_of(uvec4 texel) {
   return Surface(texel.x, uintBitsToFloat(texel.y), vec4(shares, max(0.0, 1.0 - shares.x - shares.y - shares.z)),
                  root * root);
 }
+
+// Returns CELLS of the variant that draws a pixel: see LATE_STENCIL in surface.frag. 0: there is no surface.
+int variant_of(uvec4 texel) {
+  return texel.x == kNothing ? 0 : 1 << (texel.w >> 30);
+}

@@ -6,7 +6,7 @@ import {ContextLost, GlObjects} from './gl_objects.js';
 // In the order of TextureUnit there; the page's own after them.
 const SAMPLERS = [
   'photographs', 'depths', 'surfaces', 'zones', 'cells', 'references', 'views', 'tile_slots', 'image', 'mask',
-  'diagnosis', 'seen_depths', 'variances', 'sharp', 'fine', 'coarse',
+  'diagnosis', 'seen_depths', 'variances', 'sharp', 'fine', 'coarse', 'middles',
 ];
 /** @param {string} name */
 export const unitOf = (name) => SAMPLERS.indexOf(name);
@@ -91,7 +91,7 @@ export class Programs {
     const {gl} = this;
     const {definitions: ofAll, sources} = this.shaders;
     const {vertex = 'screen.vert', fragment, defines = ''} = PASSES[pass];
-    const definitions = ofAll + `#define BLENDED_VIEWS ${this.views}\n` +
+    const definitions = ofAll + `#define LATE_STENCIL\n#define BLENDED_VIEWS ${this.views}\n` +
         (this.clipControl ? '#define CLIP_CONTROL\n' : '') +
         (cells ? `#define CELLS ${cells}\n` : '') + defines;
     const program = this.objects.program();

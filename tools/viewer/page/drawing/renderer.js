@@ -279,14 +279,17 @@ export class Renderer {
     gl.depthFunc(gl.GREATER);
     const clips = this.programs.clipControl;
     clips?.clipControlEXT(clips.LOWER_LEFT_EXT, clips.ZERO_TO_ONE_EXT);
-    const firstZone = this.programs.use('surface').uniform('first_zone');
+    const program = this.programs.use('surface');
+    const [firstZone, variant] = [program.uniform('first_zone'), program.uniform('variant')];
     const pieces = this.surface.seenBy(camera);
     CELLS_OF_SHADER.forEach((_, group) => {
       if (marks) gl.stencilFunc(gl.ALWAYS, group + 1, 0xFF);
+      gl.uniform1ui(variant, group);
       for (const piece of pieces) piece.draw(group, whole, firstZone);
     });
     if (this.surface.has(CELLS_OF_SHADER.length)) {
       if (marks) gl.stencilFunc(gl.ALWAYS, 1, 0xFF);
+      gl.uniform1ui(variant, 0);
       this.setNearDepth(this.scene.near_depth * (1 - BEHIND));
       for (const piece of pieces) piece.draw(CELLS_OF_SHADER.length, whole, firstZone);
       this.setNearDepth(this.scene.near_depth);
@@ -339,6 +342,7 @@ export class Renderer {
     gl.colorMask(true, true, true, false);
     gl.stencilFunc(gl.EQUAL, SAMPLED, 0xFF);
     gl.stencilMask(0);
+    bindTexture(gl, 'middles', gl.TEXTURE_2D, target.surface);
     this.drawScreen('samples', 4, samples.surface);
     gl.colorMask(true, true, true, true);
     gl.stencilMask(0xFF);
