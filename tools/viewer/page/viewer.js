@@ -20,6 +20,7 @@ import {ENGLISH, TextError} from './texts/texts.js';
 /** @import {Chunks} from './reading/chunks.js' */
 /** @import {LossPart} from './reading/losses.js' */
 /** @import {PictureTarget} from './drawing/gl_objects.js' */
+/** @import {Picture} from './drawing/surroundings.js' */
 /**
  * @import {
  *   Background, Camera, Layout, LiveState, Mesh, MeshFile, Mode, Overrun, Pose, Scene, Shaders, ShownPart, Size,
@@ -110,6 +111,8 @@ export class Viewer {
     this.loading = null;
     this.loadsLater = false;
     this.rests = false;  // a headset shows the pictures
+    /** @type {Size} */
+    this.size = [canvas.width, canvas.height];  // of the canvas where it shows a still frame
     /** @type {Vector} */
     this.offset = [0, 0, 0];  // input position = position in the model + offset
     this.resident = new Uint32Array();  // for each tile of the scene, 1 or 0
@@ -610,8 +613,8 @@ export class Viewer {
   // Bytes of what pictures are drawn to, and of what photographs with `tiles` take while they come.
   /** @param {number} tiles */
   besides(tiles) {
-    const {canvas, renderer, sizes} = this;
-    return renderer.bytesToDraw(sizes.moving(), [canvas.width, canvas.height]) +
+    const {renderer, size, sizes} = this;
+    return renderer.bytesToDraw(sizes.moving(), size) +
         Photographs.bytesBesides(this.scene, this.form, tiles);
   }
 
@@ -668,18 +671,33 @@ export class Viewer {
     };
   }
 
-  camera(width = this.canvas.width, height = this.canvas.height) {
+  camera(width = this.size[0], height = this.size[1]) {
     return cameraAt(this.navigation.pose, this.navigation.fov, width, height);
   }
 
   resize() {
     if (this.rests) return;
-    const {canvas} = this;
     const [width, height] = this.sizes.whole();
+    if (this.size[0] === width && this.size[1] === height) return;
+    this.size = [width, height];
+    this.setCanvasSize(this.size);
+    this.invalidate();
+  }
+
+  // A canvas whose size is set is empty until something is drawn in it.
+  /** @param {Size} size */
+  setCanvasSize([width, height]) {
+    const {canvas} = this;
     if (canvas.width === width && canvas.height === height) return;
     canvas.width = width;
     canvas.height = height;
-    this.invalidate();
+  }
+
+  // Shows a picture on the canvas, which then has `size`.
+  /** @param {Picture} picture @param {Size} size */
+  present(picture, size) {
+    this.setCanvasSize(size);
+    this.renderer.present(picture, ...size, this.backgroundNow());
   }
 
   // Something changed: the next frame is drawn anew, and a still frame after a rest.
@@ -804,9 +822,8 @@ export class Viewer {
 
   // Draws an interactive frame of that size.
   drawNow(size = this.sizes.next()) {
-    const {canvas, renderer} = this;
     const target = this.drawTarget(this.camera(...size));
-    renderer.present(target, canvas.width, canvas.height, this.backgroundNow());
+    this.present(target, this.sizes.canvasFor(target));
   }
 
   // A measure of the model, and a model that is cropped, end where they end.
@@ -928,8 +945,7 @@ export class Viewer {
   }
 
   presentStill() {
-    const {canvas, renderer} = this;
-    renderer.present(renderer.stillTarget(...this.stillSize), canvas.width, canvas.height, this.backgroundNow());
+    this.present(this.renderer.stillTarget(...this.stillSize), this.size);
   }
 
   /** @returns {Generator<Work, void>} */
@@ -987,12 +1003,12 @@ export class Viewer {
   // Returns the canvas as a file; null: nothing is drawn yet.
   /** @returns {Promise<Blob | null>} */
   async screenshot() {
-    const {renderer, canvas, target} = this;
+    const {canvas, size, target} = this;
     if (!target) return null;
     if (this.mode === 'picture' && this.shown.pictures && this.still === 'done') {
       this.presentStill();
     } else {
-      renderer.present(target, canvas.width, canvas.height, this.backgroundNow());
+      this.present(target, size);
     }
     return new Promise((resolve) => canvas.toBlob(resolve, 'image/png'));
   }

@@ -56,7 +56,7 @@ export class PictureSizes {
     return [Math.max(1, Math.round(width * share)), Math.max(1, Math.round(height * share))];
   }
 
-  // Size of the canvas.
+  // Size of the canvas where it shows a still frame.
   whole() {
     return this.with(QUALITIES[this.quality].still, MOST_STILL_PIXELS);
   }
@@ -73,10 +73,18 @@ export class PictureSizes {
     return [Math.max(1, Math.round(width * this.share)), Math.max(1, Math.round(height * this.share))];
   }
 
-  // Size of a still frame: the canvas' where the GPU draws interactive frames whole in time.
+  // Size of a still frame: whole() where the GPU draws interactive frames whole in time.
   /** @returns {Size} */
   still() {
-    return this.quality === 'auto' && this.share < 1 ? this.moving() : [this.canvas.width, this.canvas.height];
+    return this.quality === 'auto' && this.share < 1 ? this.moving() : this.whole();
+  }
+
+  // Size of the canvas that shows a picture of that size: half of whole() where the picture has no more pixels, because
+  // the browser then has fewer to take from it.
+  /** @param {{width: number, height: number}} picture @returns {Size} */
+  canvasFor({width}) {
+    const [across, down] = this.whole();
+    return 2 * width > across ? [across, down] : [Math.ceil(across / 2), Math.ceil(down / 2)];
   }
 
   // Sizes of the passes of a still frame, the whole one last: each takes the GPU a bounded time, or is a small gain on

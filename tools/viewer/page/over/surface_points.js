@@ -12,9 +12,9 @@ const HIDDEN_SHARE = 0.01;  // of a point's depth, by which surface is nearer th
 /** @param {Viewer} viewer @param {number} x @param {number} y @returns {SurfacePoint | null} */
 export function surfacePointAt(viewer, x, y) {
   if (!viewer.hasMesh || viewer.gl.isContextLost()) return null;
-  const {canvas, renderer} = viewer;
+  const {canvas, renderer, size} = viewer;
   const {width, height} = canvas.getBoundingClientRect();
-  const [column, line] = [x * canvas.width / width - 0.5, y * canvas.height / height - 0.5];
+  const [column, line] = [x * size[0] / width - 0.5, y * size[1] / height - 0.5];
   const camera = partOf(viewer.camera(), column, line, 1, 1);
   const {depth, zone} = renderer.surfaceOfPixel(camera);
   if (!(depth > 0 && depth < renderer.scene.depth_before_far)) return null;
