@@ -8,6 +8,7 @@ import puppeteer from 'puppeteer-core';
 import {opened, served, started} from './browser.mjs';
 import {checkDrift, checkRest, checkSlow, withHiddenTab, withLoss, withReducedMotion} from './drift_checks.mjs';
 import {FLIGHT_MIB, checkFlight} from './flight_checks.mjs';
+import {checkDragging, withLargeWindow} from './dragging_checks.mjs';
 import {startedFirefox} from './firefox.mjs';
 import {checkHeadset, withHeadset} from './headset_checks.mjs';
 import {checkLoading, withSlowNetwork} from './loading_checks.mjs';
@@ -41,6 +42,7 @@ const checks = {
   'drift-hidden': {check: checkRest, prepare: withHiddenTab},
   loading: {check: checkLoading, prepare: withSlowNetwork, query: '?drift=off'},
   quiet: {check: checkQuiet, query: '?drift=off'},
+  dragging: {check: checkDragging, prepare: withLargeWindow, query: '?drift=off'},
   flight: {check: checkFlight, query: `?drift=off&memory=${FLIGHT_MIB}`},
   'texts-de': {check: checkGerman, query: '?drift=off&lang=de'},
   'texts-loss': {check: checkGermanLoss, prepare: withLoss, query: '?drift=off&lang=de', expected: /ERR_FAILED/},
