@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Drags the camera by the mouse for DRAGGING_SECONDS (5), and counts the pictures that are drawn meanwhile.
+// Drags the camera by the mouse for DRAGGING_SECONDS (5), and counts the pictures that are drawn meanwhile, and the
+// processor time of the browser.
 import assert from 'node:assert/strict';
+import {readFileSync, readdirSync} from 'node:fs';
 import {complete} from './drift_checks.mjs';
 
 const SECONDS = Number(process.env.DRAGGING_SECONDS ?? 5);
@@ -37,6 +39,24 @@ async function drag(page, seconds) {
   return (performance.now() - began) / 1000;
 }
 
+// Returns the processor time that a process and its descendants have taken, in milliseconds.
+function processorMs(root) {
+  const TICK_MS = 10;  // of /proc
+  const processes = new Map();
+  for (const pid of readdirSync('/proc').filter((name) => /^\d+$/.test(name))) {
+    try {
+      const fields = readFileSync(`/proc/${pid}/stat`, 'utf8').replace(/^.*\) /s, '').split(' ').map(Number);
+      processes.set(Number(pid), {parent: fields[1], ticks: fields[11] + fields[12]});
+    } catch {
+      // It has ended meanwhile.
+    }
+  }
+  const isOfRoot = (pid) => pid === root || (processes.has(pid) && isOfRoot(processes.get(pid).parent));
+  let ticks = 0;
+  for (const [pid, {ticks: own}] of processes) if (isOfRoot(pid)) ticks += own;
+  return TICK_MS * ticks;
+}
+
 const medianOf = (values) => [...values].sort((a, b) => a - b)[Math.floor(values.length / 2)];
 
 export async function checkDragging(page, picture) {
@@ -46,12 +66,16 @@ export async function checkDragging(page, picture) {
   await page.mouse.down();
   await drag(page, SETTLED_SECONDS);
   await page.evaluate(() => window.dragged.length = 0);
+  const {pid} = page.browser().process();
+  const before = processorMs(pid);
   const seconds = await drag(page, SECONDS);
   const pictures = await page.evaluate(() => window.dragged);
+  const msEach = (processorMs(pid) - before) / Math.max(1, pictures.length);
   await picture();
   await page.mouse.up();
   const shares = pictures.map(({share}) => share);
   console.log(`dragging at ${WIDTH} x ${HEIGHT}: ${(pictures.length / seconds).toFixed(1)} pictures a second, median ` +
-      `${medianOf(pictures.map(({ms}) => ms)).toFixed(0)} ms at ${medianOf(shares).toFixed(2)} of the pixels along a side`);
+      `${medianOf(pictures.map(({ms}) => ms)).toFixed(0)} ms at ${medianOf(shares).toFixed(2)} of the pixels along a side, ` +
+      `${msEach.toFixed(0)} ms of processor time a picture`);
   assert.ok(pictures.length > 1, `${pictures.length} pictures in ${seconds} s`);
 }
