@@ -167,8 +167,11 @@ ZoneReferences zone_references(const ZoneCells& zones, const ReferenceTable& ref
     result.cells.emplace_back(references.offsets[cell], references.offsets[cell + 1], cell_seen[cell] ? 1 : 0, 0);
   }
   result.ranges.reserve(zones.combinations.size());
+  std::vector<bool> is_taken(cell_seen.size(), false);
   for (const CellShares::Zone& cells : zones.combinations) {
-    if (of_one_cell(cells)) {
+    // Where a cell stands for others, several chunks have it for a combination of theirs. Each ranks a list of its own.
+    if (of_one_cell(cells) && !is_taken[cells[0]]) {
+      is_taken[cells[0]] = true;
       result.ranges.emplace_back(result.cells[cells[0]]);
       continue;
     }

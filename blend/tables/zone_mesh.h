@@ -48,7 +48,8 @@ struct CornerOfCell {
   std::uint32_t corner;
 };
 
-// The faces of some cells so. Zones and combinations are those of these cells alone; they name cells of the mesh.
+// The mesh of the faces of some cells. Zones and combinations are those of these cells alone; they name cells of the
+// surface.
 struct ChunkMesh {
   std::vector<glm::vec3> positions;
   std::vector<CornerOfCell> sources;  // for each vertex, what it copies
@@ -67,7 +68,7 @@ struct ZoneReferences {
   std::vector<glm::uvec4> zones;          // references from and to, the faces' cell, deviation_bits() of that
   std::vector<glm::uvec4> cells;          // references from and to, 1 if an offered view saw it, 0
   std::vector<std::uint32_t> references;  // view slot; from bit 28 on, which of the zone's cells refer to it
-  std::vector<glm::uvec2> ranges;         // of each combination of cells, its references, from and to
+  std::vector<glm::uvec2> ranges;         // of each combination of cells, its references, from and to; none overlap
 };
 
 // Returns the view slot of an entry of ZoneReferences::references.

@@ -200,7 +200,7 @@ TEST_CASE("a surface that changes is laid out in places, as if it were laid out 
   CHECK(most_batches <= 33);
 }
 
-TEST_CASE("a surface that takes its own place keeps all that is laid out, whatever its faces' order between cells is") {
+TEST_CASE("a surface that takes its own place keeps all that is laid out") {
   ZoneOptions options;
   options.border_width = 0.1;
   options.will_change = true;
@@ -221,6 +221,34 @@ TEST_CASE("a surface that takes its own place keeps all that is laid out, whatev
   const MadeZones joined_cells = make_zones(same, joining, made.zones.get());
   CHECK(joined_cells.mesh->faces.size() == surface->mesh.faces.size());
   CHECK(make_zones(same, options, joined_cells.zones.get()).mesh->faces.size() == surface->mesh.faces.size());
+}
+
+TEST_CASE("each combination of cells ranks a list of its own, also where one cell stands for those of several chunks") {
+  const auto surface = std::make_shared<const Surface>(bumpy_wall());
+  const std::size_t cells = surface->cells.cells.size();
+  ZoneOptions joining;
+  joining.border_width = 0.1;
+  joining.stands_for.assign(cells, 0);
+  const MadeZones made = make_zones(surface, joining, nullptr);
+  REQUIRE(made.zones->chunks.size() > 1);
+  ReferenceTable references;
+  for (std::size_t cell = 0; cell < cells; ++cell) {
+    references.views.insert(references.views.end(), {ViewSlot(2), ViewSlot(5)});
+    references.offsets.push_back(static_cast<std::uint32_t>(references.views.size()));
+  }
+  const ZoneReferences lists = zone_references(made.zones->cells, references, std::vector<std::uint8_t>(cells, 1), {});
+  REQUIRE(lists.ranges.size() == made.zones->balls.size());
+  REQUIRE(lists.ranges.size() > 1);
+  std::vector<bool> is_taken(lists.references.size(), false);
+  for (const glm::uvec2& range : lists.ranges) {
+    REQUIRE(range.y == range.x + 2);
+    CHECK(slot_of(lists.references[range.x]) == 2);
+    CHECK(slot_of(lists.references[range.x + 1]) == 5);
+    for (std::uint32_t i = range.x; i < range.y; ++i) {
+      CHECK_FALSE(is_taken[i]);
+      is_taken[i] = true;
+    }
+  }
 }
 
 }  // namespace
