@@ -180,7 +180,7 @@ struct Renderer::State {
   PhotographArray photographs;
   std::shared_ptr<const SnapshotTables> tables;    // null before load()
   std::shared_ptr<const DrawnZones> zones;         // of the mesh; null: it is made with the next picture
-  std::shared_ptr<const DrawnZones> former_zones;  // that the next mesh may follow, where `zones` is null
+  std::shared_ptr<const DrawnZones> former_zones;  // of `batches`, where `zones` is null
   std::shared_ptr<const ZoneReferences> lists;
   std::vector<RankedReference> ranked;  // the references of `lists` in the order that is drawn
   FallbackColors loaded_colors;         // of all batches
@@ -716,22 +716,24 @@ void Renderer::State::take_upload() {
   PreparedTables& prepared = preparation.tables();
   SnapshotUpload::Objects objects = upload->take();
   // Another picture, or other options, may have replaced the mesh that the next snapshot was to keep a part of.
-  const bool former_stays = zones && zones == preparation.former().zones;
+  const std::shared_ptr<const DrawnZones> shown = std::exchange(zones, nullptr);  // until all is there
+  former_zones = nullptr;
+  const bool former_stays = shown && shown == preparation.former().zones;
   const bool is_whole = objects.mesh && prepared.zones->batches.size() == 1;
   if (objects.mesh) ++meshes;
   if (former_stays || is_whole) {
-    take_batches(former_stays ? zones.get() : nullptr, *prepared.zones, std::move(objects.mesh));
+    // A picture may have renewed the colours of the batches that stay.
+    const bool has_colors = is_whole || !objects.colors.empty() || loaded_colors == preparation.former().colors;
+    take_batches(former_stays ? shown.get() : nullptr, *prepared.zones, std::move(objects.mesh));
     for (std::size_t i = 0; i < objects.colors.size(); ++i) {
       batches[i].colors = std::move(objects.colors[i]);
       make_vertices(batches[i]);
     }
     zones = upload_joins_cells == steps.join_cells ? prepared.zones : nullptr;
-    loaded_colors = prepared.tables->vertex_colors;
+    loaded_colors = has_colors ? prepared.tables->vertex_colors : FallbackColors();
   } else {
-    zones = nullptr;
     batches.clear();
   }
-  former_zones = nullptr;
   tables = prepared.tables;
   if (objects.zones.get() != 0) {
     zone_table = std::move(objects.zones);

@@ -44,7 +44,7 @@ struct PreparedTables {
   std::shared_ptr<const SnapshotTables> tables;
   std::shared_ptr<const DrawnZones> zones;
   std::optional<ZoneMesh> mesh;  // of the last batch; none: no batch is new
-  // For each batch that stays, in their order; none: they stay too.
+  // For each batch that stays, in their order. Empty: their colours stay too.
   std::vector<std::vector<glm::u8vec3>> colors;
   std::shared_ptr<const ZoneReferences> lists;
   std::vector<RankedReference> references;  // not ranked yet
