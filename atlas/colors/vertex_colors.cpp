@@ -248,15 +248,18 @@ void VertexColors::begin(const std::shared_ptr<const Surface>& surface) {
 }
 
 // Returns the place of each position, or PositionTable::kEmpty where it is not found soon after the one before. Most
-// vertices of a surface that changes in places keep their order.
+// vertices of a surface that changes in places keep their order. Where many have gone, the search ends before its time.
 std::vector<std::uint32_t> VertexColors::places_in_order(const std::vector<glm::vec3>& positions) const {
   constexpr std::size_t kLookAhead = 512;  // vertices: about as many as go at once
   std::vector<std::uint32_t> places(positions.size(), PositionTable::kEmpty);
   std::size_t next = 0;  // vertex before
+  std::size_t tries = 8 * (positions.size() + place_of_vertex_.size());
   for (std::size_t vertex = 0; vertex < places.size(); ++vertex) {
     const std::size_t end = std::min(next + kLookAhead, place_of_vertex_.size());
     std::size_t same = next;
     while (same < end && places_[place_of_vertex_[same]] != positions[vertex]) ++same;
+    if (same - next >= tries) break;
+    tries -= same - next;
     if (same == end) continue;
     places[vertex] = place_of_vertex_[same];
     next = same + 1;
