@@ -34,8 +34,7 @@ class FacesOfCells {
   std::vector<std::uint32_t> offsets_, faces_;
 };
 
-// Returns a number for each cell: the same for cells whose faces have the same coordinates, in the same order, and
-// another one for all others that ever occur together, by 64 bits of a hash.
+// Returns a hash of 64 bits for each cell, of its faces' coordinates in their order.
 [[nodiscard]] std::vector<std::uint64_t> hashes_of_cells(const Mesh& mesh, const FacesOfCells& faces,
                                                          std::size_t cells);
 // Returns a hash of these cells in their order.

@@ -19,7 +19,8 @@ namespace {
 
 constexpr double kRoundingOfPlaces = 1e-5;  // of the shader's points, as a share of their distance
 constexpr std::uint32_t kNotDrawn = ~0u;    // source of a vertex of a chunk that is not there any more
-// A batch that is drawn with more others than this, or of which less than half is drawn, is laid out again.
+// Chunks of a batch are laid out again where less than half of it is drawn, and, where there are this many batches,
+// those of the smaller half.
 constexpr std::size_t kMostBatches = 32;
 
 Ball ball_around(const std::vector<glm::vec3>& positions, std::span<const glm::uvec3> faces) {
@@ -94,8 +95,13 @@ ZoneMesh joined_chunks(std::span<const ChunkMesh> chunks, std::span<const Firsts
   return mesh;
 }
 
-// `numbers`: for each cell of the mesh that the chunk was made of, its number among the names.
-ChunkLayout layout_of(ChunkMesh chunk, const Firsts& first, std::span<const std::uint32_t> numbers) {
+// `names` ascend. `cells`: of the surface, those of the mesh that the chunk was made of; empty: they are the same.
+ChunkLayout layout_of(ChunkMesh chunk, const Firsts& first, std::span<const CellId> names,
+                      std::span<const CellId> cells) {
+  const auto number_of = [&](std::uint32_t cell) {
+    const CellId name = cells.empty() ? CellId(cell) : cells[cell];
+    return static_cast<std::uint32_t>(std::lower_bound(names.begin(), names.end(), name) - names.begin());
+  };
   ChunkLayout layout;
   layout.first_zone = first.zone;
   layout.first_vertex = first.vertex;
@@ -110,10 +116,10 @@ ChunkLayout layout_of(ChunkMesh chunk, const Firsts& first, std::span<const std:
   }
   layout.sources = std::move(chunk.sources);
   layout.zone_cells = std::move(chunk.zone_cells);
-  for (std::uint32_t& cell : layout.zone_cells.cell) cell = numbers[cell];
+  for (std::uint32_t& cell : layout.zone_cells.cell) cell = number_of(cell);
   for (CellShares::Zone& zone : layout.zone_cells.combinations) {
     for (CellId& cell : zone) {
-      if (cell != CellId::none) cell = CellId(numbers[cell]);
+      if (cell != CellId::none) cell = CellId(number_of(cell));
     }
   }
   return layout;
@@ -249,8 +255,8 @@ class Layout {
     tbb::parallel_for(std::size_t{0}, added.size(), [&](std::size_t i) {
       DrawnChunk& chunk = *added[i];
       chunk.batch = batch;
-      chunk.layout = std::make_shared<const ChunkLayout>(
-          layout_of(std::move(meshes[i]), firsts[i], numbers_of(*chunk.names, cells)));
+      chunk.layout =
+          std::make_shared<const ChunkLayout>(layout_of(std::move(meshes[i]), firsts[i], *chunk.names, cells));
     });
     return mesh;
   }
@@ -271,19 +277,6 @@ class Layout {
       meshes[i] = chunk_mesh(part.mesh, faces, own, shares);
     });
     return meshes;
-  }
-
-  // Returns for each cell of the part its number among the names.
-  [[nodiscard]] std::vector<std::uint32_t> numbers_of(std::span<const CellId> names,
-                                                      std::span<const CellId> cells) const {
-    std::vector<std::uint32_t> numbers(cells.empty() ? surface_.cells.cells.size() : cells.size());
-    std::size_t name = 0;
-    for (std::size_t i = 0; i < numbers.size() && name < names.size(); ++i) {
-      if ((cells.empty() ? CellId(static_cast<std::uint32_t>(i)) : cells[i]) == names[name]) {
-        numbers[i] = static_cast<std::uint32_t>(name++);
-      }
-    }
-    return numbers;
   }
 
   // Lists the zones of all batches, and which vertices of the surface theirs are.
