@@ -29,7 +29,7 @@ class Estimator {
  public:
   Estimator(const JointInput& input, const LensOptions& options)
       : least_improvement_(options.least_improvement),
-        most_lenses_(options.most_lenses),
+        most_operations_(kFactorForLenses * options.most_operations),
         solver_(input, {options.alignment, options.most_points, options.most_operations, options.cancel_check}) {
     for (const std::vector<ViewSlot>& slots : solver_.slots_of_lenses()) lenses_.emplace_back().slots = slots;
     most_improvement_.assign(lenses_.size(), 0);
@@ -39,8 +39,8 @@ class Estimator {
     LensEstimates result;
     result.lenses = lenses_;
     result.cameras = solver_.state().cameras;
-    result.too_many = !solver_.is_factored() && lenses_.size() > most_lenses_;
-    if (result.too_many) return result;
+    result.too_large = solver_.takes_more_than(most_operations_);
+    if (result.too_large) return result;
     result.views = solver_.views();
     result.points = solver_.points();
     if (result.views == 0) return result;
@@ -146,7 +146,7 @@ class Estimator {
   }
 
   double least_improvement_;
-  std::size_t most_lenses_;
+  std::size_t most_operations_;
   JointSolver solver_;
   std::vector<LensEstimate> lenses_;  // with their slots, and nothing estimated
   std::vector<double>

@@ -10,7 +10,8 @@
 //
 // Along a walk, where each view shares points with its neighbours, time and memory grow with the number of stored
 // views. Where all views share points, memory grows with the square of their number, 4 MB at 100 views, and time with
-// its cube up to LensOptions::most_operations, with its square beyond. The capacity of the atlas makes no difference.
+// its cube up to LensOptions::most_operations, with its square beyond, except one factor (kFactorForLenses). The
+// capacity of the atlas makes no difference.
 #pragma once
 
 #include <cstddef>
@@ -61,9 +62,9 @@ struct LensEstimates {
   std::size_t points = 0;            // that were fitted to
   std::size_t unknowns = 0;          // that were solved for together; 0 with no view
   std::vector<Camera> cameras;       // one per view slot: intrinsics as they were, poses refined along
-  // There are more than LensOptions::most_lenses, and equations are not factored: nothing was solved, and no lens is
-  // significant.
-  bool too_many = false;
+  // A factor would take more than kFactorForLenses times LensOptions::most_operations: nothing was solved, and no lens
+  // is significant.
+  bool too_large = false;
 
   // Returns whether any field is significant.
   [[nodiscard]] bool significant() const;
@@ -71,13 +72,16 @@ struct LensEstimates {
   [[nodiscard]] bool undecided() const;
 };
 
+// Deviations take one factor, where all steps of a solution take 20 to 40. At kMostStepOperations, where all views
+// share points, they are found for up to 1,700 views and lenses, with 560 MB.
+inline constexpr std::size_t kFactorForLenses = 7;
+
 struct LensOptions {
   AlignmentOptions alignment = {};  // its prior and max_move: how strongly poses are pulled to the given ones
   // Points of each view, evenly taken, >= 1. Time grows with it, and deviations fall with its square root.
   std::size_t most_points = std::numeric_limits<std::size_t>::max();
   std::size_t most_operations = kMostStepOperations;  // see PoseOptions::most_operations
-  std::size_t most_lenses = 16;     // where equations are not factored: the deviations of each take seven solutions
-  double least_improvement = 0.01;  // share of the residual, (0, 1): see LensEstimate::significant
+  double least_improvement = 0.01;                    // share of the residual, (0, 1): see LensEstimate::significant
   CancelCheck cancel_check = {};
 };
 

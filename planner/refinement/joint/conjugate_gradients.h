@@ -3,7 +3,7 @@
 //
 // Preconditioned conjugate gradients (Hestenes and Stiefel 1952; Golub and Van Loan, "Matrix Computations", 4th
 // edition, section 11.5). The preconditioner is the diagonal of blocks. A step multiplies each square of the matrix
-// once, so that time grows with the number of squares, and memory is that of the matrix.
+// once, so that time grows with the number of squares. Beside the matrix there are lists of its squares by row.
 #pragma once
 
 #include <Eigen/Core>
@@ -14,15 +14,16 @@
 
 namespace lumatlas {
 
+// Residuals are |b - A x| over |b|, in the preconditioner's norm.
 struct GradientOptions {
-  double least_residual = 1e-6;   // of b, in the preconditioner's norm: a smaller one ends the work; > 0
-  std::size_t most_steps = 2000;  // after so many the solution is taken as it is
+  double least_residual = 1e-6;   // residual at which the work ends, > 0
+  std::size_t most_steps = 2000;  // number of steps after which it ends in any case
 };
 
 struct GradientSolution {
   Eigen::VectorXd x;
   std::size_t steps = 0;
-  double residual = 0;  // of b, in the preconditioner's norm
+  double residual = 0;
 };
 
 // Solves A x = b for a symmetric positive definite matrix. The same bits for any number of threads. Throws

@@ -82,7 +82,7 @@ JointSolver::JointSolver(const JointInput& input, const JointOptions& options)
   state_.gain.assign(views_.size(), 1);
   state_.motion.assign(views_.size(), Block::Zero());
   terms_.assign(slots_of_lenses_.size(), Terms{});
-  choose_method();
+  count_operations();
 }
 
 // Finds the lens of each view slot from the cameras of the stored views, which the state gets.
@@ -114,19 +114,16 @@ std::size_t JointSolver::points() const {
   return points;
 }
 
-void JointSolver::choose_method() {
-  const std::size_t most = options_.most_operations;
-  is_factored_ = dense_factor_operations(blocks_) <= most ||
-                 factor_operations(joint_pattern(problem_, blocks_, block_of_, options_.cancel_check)) <= most;
+// The pattern, which takes time to find, is looked at only where a dense factor would take too much.
+void JointSolver::count_operations() {
+  operations_ = dense_factor_operations(blocks_);
+  if (operations_ <= options_.most_operations) return;
+  operations_ = factor_operations(joint_pattern(problem_, blocks_, block_of_, options_.cancel_check));
 }
 
-Eigen::MatrixXd JointSolver::solved(const BlockMatrix& H, const Eigen::MatrixXd& B) const {
-  if (is_factored_) return BlockFactor(H, options_.cancel_check).solve(B, options_.cancel_check);
-  Eigen::MatrixXd X(B.rows(), B.cols());
-  for (Eigen::Index column = 0; column < B.cols(); ++column) {
-    X.col(column) = solve_by_gradients(H, B.col(column), {}, options_.cancel_check).x;
-  }
-  return X;
+Eigen::VectorXd JointSolver::solved(const BlockMatrix& H, const Eigen::VectorXd& b) const {
+  if (takes_more_than(options_.most_operations)) return solve_by_gradients(H, b, {}, options_.cancel_check).x;
+  return BlockFactor(H, options_.cancel_check).solve(b, options_.cancel_check);
 }
 
 void JointSolver::set_estimated(std::size_t lens, std::size_t parameter, bool estimated) {
@@ -140,14 +137,7 @@ void JointSolver::estimate_motions() {
   for (std::size_t slot = 0; slot < views_.size(); ++slot) {
     if (views_[slot]) block_of_.motion[slot] = blocks_++;
   }
-  choose_method();
-}
-
-void JointSolver::leave_motions() {
-  if (block_of_.motion.empty()) return;
-  block_of_.motion.clear();
-  for (const std::optional<ComparedView>& view : views_) blocks_ -= view.has_value();
-  choose_method();
+  count_operations();
 }
 
 std::vector<Linearised> JointSolver::linearise(const JointState& state, std::vector<ComparedPoint> ViewPart::*points,
@@ -353,7 +343,9 @@ std::vector<Block> JointSolver::variances() const {
   const JointEquations normal = normal_equations(state_, all);
   // The columns of the inverse that belong to q: all other parameters are marginalised.
   const Eigen::Index columns = lens_column(slots_of_lenses_.size());
-  const Eigen::MatrixXd inverse = solved(normal.H, Eigen::MatrixXd::Identity(normal.g.size(), columns));
+  const Eigen::MatrixXd inverse =
+      BlockFactor(normal.H, options_.cancel_check)
+          .solve(Eigen::MatrixXd::Identity(normal.g.size(), columns), options_.cancel_check);
   Eigen::VectorXd observed = Eigen::VectorXd::Zero(columns);
   for (const ViewGradient& gradient : normal.of_views) {
     Eigen::VectorXd moved = Eigen::VectorXd::Zero(columns);

@@ -72,8 +72,8 @@ class JointSolver {
   [[nodiscard]] std::size_t views() const;   // that take part
   [[nodiscard]] std::size_t points() const;  // that are fitted to
   [[nodiscard]] std::size_t unknowns() const { return kBlock * blocks_; }
-  // Returns whether the equations of a step are factored, and not solved by conjugate gradients.
-  [[nodiscard]] bool is_factored() const { return is_factored_; }
+  // Returns whether a factor of the equations may take more than `most` operations on tiles. Makes none to find out.
+  [[nodiscard]] bool takes_more_than(std::size_t most) const { return operations_ > most; }
 
   [[nodiscard]] const JointState& state() const { return state_; }
   void set_state(const JointState& state) { state_ = state; }
@@ -84,8 +84,6 @@ class JointSolver {
 
   // Estimates the motions of all views too from now on, which are 0 at first.
   void estimate_motions();
-  // Leaves motions as they are from now on.
-  void leave_motions();
   // Returns whether the view has points that are fitted to.
   [[nodiscard]] bool takes_part(ViewSlot slot) const { return !parts_[slot].points.empty(); }
 
@@ -102,14 +100,14 @@ class JointSolver {
   // and of all. 0 where there are none.
   [[nodiscard]] std::vector<double> held_out_residuals() const;
   [[nodiscard]] double held_out_residual() const;
-  // Variances of q by lens: see LensEstimate::deviation.
+  // Variances of q by lens: see LensEstimate::deviation. Factors the equations, whatever it takes.
   [[nodiscard]] std::vector<Block> variances() const;
 
  private:
   [[nodiscard]] std::vector<std::size_t> found_lenses();
-  void choose_method();
-  // Returns the inverse of H times B.
-  [[nodiscard]] Eigen::MatrixXd solved(const BlockMatrix& H, const Eigen::MatrixXd& B) const;
+  void count_operations();
+  // Returns the inverse of H times b.
+  [[nodiscard]] Eigen::VectorXd solved(const BlockMatrix& H, const Eigen::VectorXd& b) const;
   [[nodiscard]] std::vector<Linearised> linearise(const JointState& state,
                                                   std::vector<ComparedPoint> ViewPart::*points = &ViewPart::points,
                                                   std::uint32_t coarser = 0, bool robust = true) const;
@@ -143,9 +141,9 @@ class JointSolver {
   std::vector<Terms> terms_;  // one per lens
   ViewBlocks block_of_;
   std::size_t blocks_ = 0;
-  bool is_factored_ = true;
-  double noise_ = 1;    // deviation of the differences, sRGB
-  double damping_ = 0;  // for the next step
+  std::size_t operations_ = 0;  // that a factor takes at most, on tiles
+  double noise_ = 1;            // deviation of the differences, sRGB
+  double damping_ = 0;          // for the next step
   std::vector<JointStep> steps_;
 };
 

@@ -8,17 +8,16 @@
 #include <cstdint>
 #include <string>
 
-#include "planner/refinement/lens_estimate.h"
-
 namespace lumatlas {
 
-inline constexpr std::size_t kFewestJointPoints = 300;  // points of each view
+inline constexpr std::size_t kFewestJointPoints = 300;     // points of each view
+inline constexpr std::uint32_t kFewEnoughForLenses = 800;  // views, whatever they show
 
-// Returns what to tell where LensEstimates::too_many.
-[[nodiscard]] inline std::string too_many_lenses(std::uint32_t views) {
-  return std::to_string(views) + " stored views share points with too many others to estimate more than " +
-         std::to_string(LensOptions{}.most_lenses) +
-         " lenses: they stay as given; --max-views 400 keeps few enough, or give all photographs of a camera one lens";
+// Returns what to tell where LensEstimates::too_large.
+[[nodiscard]] inline std::string too_large_for_lenses(std::uint32_t views) {
+  return std::to_string(views) +
+         " stored views share points with too many others to estimate their lenses, which stay as given; --max-views " +
+         std::to_string(kFewEnoughForLenses) + " keeps few enough";
 }
 
 // Returns how many points of each of `views` views (>= 1) to take, so that all together have about `points`.

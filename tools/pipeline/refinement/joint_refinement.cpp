@@ -56,12 +56,9 @@ bool correct_at_first(const Planner& planner, const BuildOptions& options, LensR
 bool refine_lenses(Planner& planner, std::vector<SceneView>& views, const BuildOptions& options, BuildStage& stage,
                    BuildResult& result) {
   LensRefinement lenses(planner, views, result.lenses, warning_of_originals(options));
-  if (result.polish.back().moved_px == 0 && lenses.seem_right()) {
-    stage.tick();
-    return false;
-  }
-  bool corrected = correct_at_first(planner, options, lenses);
-  if (lenses.too_many()) result.warnings.push_back(too_many_lenses(planner.store().stored_views()));
+  const bool seem_right = result.polish.back().moved_px == 0 && lenses.seem_right();
+  bool corrected = !seem_right && correct_at_first(planner, options, lenses);
+  if (lenses.too_large()) result.warnings.push_back(too_large_for_lenses(planner.store().stored_views()));
   stage.tick();
   for (int round = 1; round < kLensRounds && corrected; ++round) {
     polish_once(planner, stage, result);

@@ -61,6 +61,7 @@ bool LensRefinement::seem_right() {
   LensOptions options;
   options.most_points = std::max(kFewestPointsOfFirstLook, kPointsForFirstLook / planner_.store().stored_views());
   const LensEstimates estimates = planner_.refiner().estimate_lenses(options);
+  too_large_ = estimates.too_large;
   if (estimates.undecided()) return false;
   note(estimates);
   return true;
@@ -89,7 +90,7 @@ bool LensRefinement::correct(std::size_t points) {
     options.least_improvement = std::min(options.least_improvement, least_improvement(lens));
   }
   LensEstimates estimates = planner_.refiner().estimate_lenses(options);
-  too_many_ = estimates.too_many;
+  too_large_ = estimates.too_large;
   for (LensEstimate& estimate : estimates.lenses) {
     const double most = 1 - least_improvement(lens_of(estimates.cameras[estimate.slots.front()]));
     estimate.significant = estimate.significant && estimate.residual.after <= most * estimate.residual.before;

@@ -29,8 +29,8 @@ class LensRefinement {
   // A look at few points, which is enough where no view had to move: whether it shows that no lens is wrong. Poses that
   // moved may have taken up most of what a lens gets wrong, and few points then do not show the rest.
   bool seem_right();
-  // Returns whether the last estimate had too many lenses (LensEstimates::too_many).
-  [[nodiscard]] bool too_many() const { return too_many_; }
+  // Returns whether the last estimate was LensEstimates::too_large.
+  [[nodiscard]] bool too_large() const { return too_large_; }
   // Estimates the lenses from about `points` points of all stored views together, and undistorts again the photographs
   // of those that are plainly wrong. Returns whether there were any. Throws InputError for a photograph that cannot be
   // read again. With `warn`, all files are looked at first: if one is gone or has another size now, lenses stay as they
@@ -46,7 +46,7 @@ class LensRefinement {
   std::vector<SceneView>& views_;
   std::vector<RefinedLens>& lenses_;
   WarnOfOriginals warn_;
-  bool lost_originals_ = false, too_many_ = false;
+  bool lost_originals_ = false, too_large_ = false;
 };
 
 // Counts the stored views of each lens.

@@ -6,10 +6,10 @@
 namespace lumatlas {
 namespace {
 
-TEST_CASE("too many lenses of too many views are told of, with what to do") {
-  CHECK(too_many_lenses(2001) ==
-        "2001 stored views share points with too many others to estimate more than 16 lenses: they stay as given; "
-        "--max-views 400 keeps few enough, or give all photographs of a camera one lens");
+TEST_CASE("views that share points with too many others for their lenses are told of, with what to do") {
+  CHECK(too_large_for_lenses(2001) ==
+        "2001 stored views share points with too many others to estimate their lenses, which stay as given; "
+        "--max-views 800 keeps few enough");
 }
 
 }  // namespace
