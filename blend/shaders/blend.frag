@@ -228,7 +228,7 @@ vec4 shown() {
   // The stencil lets no pixel without a surface pass; to discard here would keep drivers from testing it first.
   uvec4 texel = texelFetch(surfaces, ivec2(gl_FragCoord.xy), 0);
 #ifdef LATE_STENCIL
-  // Chromium's renderer in software shades what the stencil stops, and runs both sides of a branch, but leaves a loop.
+  // Chromium's renderer in software shades what the stencil stops, and runs both sides of a branch, but can skip a loop.
   vec4 color = vec4(0.0);
   for (bool is_left = variant_of(texel) == CELLS; is_left; is_left = false) {
     color = shade(surface_of(texel), vec2(gl_FragCoord.x, center.w - gl_FragCoord.y));

@@ -693,11 +693,19 @@ export class Viewer {
     canvas.height = height;
   }
 
-  // Shows a picture on the canvas, which then has `size`.
+  // Shows a picture on the canvas, which then has `size`, or `this.size` if its box would follow.
   /** @param {Picture} picture @param {Size} size */
   present(picture, size) {
-    this.setCanvasSize(size);
-    this.renderer.present(picture, ...size, this.backgroundNow());
+    const {canvas, sizes} = this;
+    if (canvas.width !== size[0] || canvas.height !== size[1]) {
+      const {clientWidth} = canvas;
+      this.setCanvasSize(size);
+      if (canvas.clientWidth !== clientWidth) {
+        sizes.boxFollows = true;
+        this.setCanvasSize(this.size);
+      }
+    }
+    this.renderer.present(picture, canvas.width, canvas.height, this.backgroundNow());
   }
 
   // Something changed: the next frame is drawn anew, and a still frame after a rest.

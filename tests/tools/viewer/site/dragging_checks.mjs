@@ -73,9 +73,9 @@ export async function checkDragging(page, picture) {
   const msEach = (processorMs(pid) - before) / Math.max(1, pictures.length);
   await picture();
   await page.mouse.up();
+  assert.ok(pictures.length > 1, `${pictures.length} pictures in ${seconds} s`);
   const shares = pictures.map(({share}) => share);
   console.log(`dragging at ${WIDTH} x ${HEIGHT}: ${(pictures.length / seconds).toFixed(1)} pictures a second, median ` +
       `${medianOf(pictures.map(({ms}) => ms)).toFixed(0)} ms at ${medianOf(shares).toFixed(2)} of the pixels along a side, ` +
       `${msEach.toFixed(0)} ms of processor time a picture`);
-  assert.ok(pictures.length > 1, `${pictures.length} pictures in ${seconds} s`);
 }

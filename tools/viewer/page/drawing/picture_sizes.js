@@ -39,6 +39,7 @@ export class PictureSizes {
     /** @type {number | null} */
     this.pixelMs = null;  // that the GPU took for a pixel last
     this.surfaceMs = 0;   // that it took for a still frame's surface last
+    this.boxFollows = false;  // CSS gives the canvas no size, so that its box follows its pixels
   }
 
   /** @param {string} quality */
@@ -79,12 +80,13 @@ export class PictureSizes {
     return this.quality === 'auto' && this.share < 1 ? this.moving() : this.whole();
   }
 
-  // Size of the canvas that shows a picture of that size: half of whole() where the picture has no more pixels, because
-  // the browser then has fewer to take from it.
+  // Size of the canvas that shows a picture of that size. On a slow GPU it is half of whole() for pictures at most half
+  // as wide, which the browser shows in less time.
   /** @param {{width: number, height: number}} picture @returns {Size} */
   canvasFor({width}) {
     const [across, down] = this.whole();
-    return 2 * width > across ? [across, down] : [Math.ceil(across / 2), Math.ceil(down / 2)];
+    const isHalf = this.share < 1 && !this.boxFollows && 2 * width <= across;
+    return isHalf ? [Math.ceil(across / 2), Math.ceil(down / 2)] : [across, down];
   }
 
   // Sizes of the passes of a still frame, the whole one last: each takes the GPU a bounded time, or is a small gain on

@@ -32,7 +32,7 @@ export function makeTexture(objects, format, width, height, filter = WebGL2Rende
 }
 
 // Textures are bound to this unit while they are made, so that the shaders keep theirs.
-export const SPARE_UNIT = 16;
+export const SPARE_UNIT = 17;
 
 /**
  * @param {WebGL2RenderingContext} gl
