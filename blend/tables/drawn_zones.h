@@ -81,7 +81,7 @@ struct MadeZones {
   std::shared_ptr<const DrawnZones> zones;
 };
 
-// What cells fade into each other by, and which of them are joined.
+// Options of make_zones().
 struct ZoneOptions {
   double border_width = 0;  // of BlendOptions
   // For each cell of the surface the one that stands for it, as of joined(); empty: none are joined.

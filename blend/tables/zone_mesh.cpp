@@ -169,7 +169,7 @@ ZoneReferences zone_references(const ZoneCells& zones, const ReferenceTable& ref
   result.ranges.reserve(zones.combinations.size());
   std::vector<bool> is_taken(cell_seen.size(), false);
   for (const CellShares::Zone& cells : zones.combinations) {
-    // Where a cell stands for others, several chunks have it for a combination of theirs. Each ranks a list of its own.
+    // Several chunks have the same combination if its cell stands for others. Each ranks a list of its own.
     if (of_one_cell(cells) && !is_taken[cells[0]]) {
       is_taken[cells[0]] = true;
       result.ranges.emplace_back(result.cells[cells[0]]);

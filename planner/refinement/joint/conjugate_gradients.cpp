@@ -21,7 +21,7 @@ Eigen::Index first_row(std::size_t block) {
   return static_cast<Eigen::Index>(kBlock * block);
 }
 
-// A symmetric matrix of which the rows are at hand, with the inverse of its diagonal of blocks.
+// Lists the squares of a symmetric matrix by row, and factors the blocks on its diagonal.
 class SymmetricRows {
  public:
   explicit SymmetricRows(const BlockMatrix& matrix) : rows_(matrix.blocks()), diagonal_(matrix.blocks()) {

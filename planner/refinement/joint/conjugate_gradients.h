@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Internal to planner/: solves normal equations of so many blocks that their factor would take too long.
+// Internal to planner/: solves normal equations by preconditioned conjugate gradients.
 //
-// Preconditioned conjugate gradients (Hestenes and Stiefel 1952; Golub and Van Loan, "Matrix Computations", 4th
-// edition, section 11.5). The preconditioner is the diagonal of blocks. A step multiplies each square of the matrix
-// once, so that time grows with the number of squares. Beside the matrix there are lists of its squares by row.
+// Sources: Hestenes and Stiefel 1952; Golub and Van Loan, "Matrix Computations", 4th edition, section 11.5. The
+// preconditioner is block Jacobi: it solves each block on the diagonal alone. A step multiplies each square of the
+// matrix once, so that time grows with the number of squares. Beside the matrix there are lists of its squares by row.
 #pragma once
 
 #include <Eigen/Core>

@@ -100,7 +100,8 @@ class JointSolver {
   // and of all. 0 where there are none.
   [[nodiscard]] std::vector<double> held_out_residuals() const;
   [[nodiscard]] double held_out_residual() const;
-  // Variances of q by lens: see LensEstimate::deviation. Factors the equations, whatever it takes.
+  // Variances of q by lens: see LensEstimate::deviation. Takes a factor of the equations, also where
+  // refine() takes none.
   [[nodiscard]] std::vector<Block> variances() const;
 
  private:
