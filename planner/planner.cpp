@@ -7,8 +7,8 @@
 #include <stdexcept>
 #include <utility>
 
+#include "planner/coverage/predicted_loss.h"
 #include "planner/exchange.h"
-#include "planner/predicted_loss.h"
 
 namespace lumatlas {
 

@@ -8,8 +8,8 @@
 #include <stdexcept>
 #include <string_view>
 
-#include "tests/fuzz/capture_laws.h"
-#include "tests/fuzz/sentence_laws.h"
+#include "tests/fuzz/laws/capture_laws.h"
+#include "tests/fuzz/laws/sentence_laws.h"
 #include "tools/scene/forms/colmap/colmap.h"
 #include "tools/scene/lenses/undistortion.h"
 

@@ -8,8 +8,8 @@
 #include <utility>
 #include <vector>
 
-#include "tests/fuzz/capture_laws.h"
-#include "tests/fuzz/sentence_laws.h"
+#include "tests/fuzz/laws/capture_laws.h"
+#include "tests/fuzz/laws/sentence_laws.h"
 #include "tools/scene/forms/photogrammetry/bundler.h"
 #include "tools/scene/forms/photogrammetry/meshroom.h"
 #include "tools/scene/forms/photogrammetry/metashape.h"

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Any glTF file as a mesh: JSON with buffers in it, or a whole .glb.
 #include "atlas/model/gltf/gltf_mesh.h"
-#include "tests/fuzz/sentence_laws.h"
+#include "tests/fuzz/laws/sentence_laws.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   using namespace lumatlas;

@@ -4,7 +4,7 @@
 #include <span>
 
 #include "atlas/images/photograph.h"
-#include "tests/fuzz/sentence_laws.h"
+#include "tests/fuzz/laws/sentence_laws.h"
 
 namespace {
 

@@ -5,7 +5,7 @@
 #include <string_view>
 
 #include "atlas/model/model_file.h"
-#include "tests/fuzz/sentence_laws.h"
+#include "tests/fuzz/laws/sentence_laws.h"
 #include "tests/support/scenes/plain_model.h"
 #include "tests/support/scenes/wall_scenes.h"
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "mesh/readers/obj_reader.h"
-#include "tests/fuzz/soup_laws.h"
+#include "tests/fuzz/laws/soup_laws.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   lumatlas::check_soup_laws(lumatlas::parse_obj, data, size);

@@ -2,7 +2,7 @@
 // Camera paths: what is read can be flown along.
 #include <cmath>
 
-#include "tests/fuzz/sentence_laws.h"
+#include "tests/fuzz/laws/sentence_laws.h"
 #include "tools/picture/paths/path_file.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

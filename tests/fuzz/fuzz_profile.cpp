@@ -2,7 +2,7 @@
 // ICC profiles in sound PNG and TIFF files. The fuzzer of images seldom reaches them: a PNG has a checksum over a
 // packed profile.
 #include "atlas/images/photograph.h"
-#include "tests/fuzz/sentence_laws.h"
+#include "tests/fuzz/laws/sentence_laws.h"
 #include "tests/support/profiled_pictures.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

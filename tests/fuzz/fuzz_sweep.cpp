@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Sweeps: what is read has scenes and values, and the options of every point can be put on a command line.
-#include "tests/fuzz/sentence_laws.h"
+#include "tests/fuzz/laws/sentence_laws.h"
 #include "tools/lab/sweep/sweep.h"
 
 namespace {

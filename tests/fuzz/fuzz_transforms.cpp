@@ -2,8 +2,8 @@
 // transforms.json: what is read has poses and lenses that the program can work with.
 #include <cmath>
 
-#include "tests/fuzz/capture_laws.h"
-#include "tests/fuzz/sentence_laws.h"
+#include "tests/fuzz/laws/capture_laws.h"
+#include "tests/fuzz/laws/sentence_laws.h"
 #include "tools/scene/forms/transforms_json.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {

@@ -7,9 +7,9 @@
 
 #include "mesh/cells/cell_growth.h"
 #include "planner/geometry_follower.h"
-#include "planner/hindsight.h"
 #include "planner/planner.h"
-#include "planner/pruning.h"
+#include "planner/pruning/hindsight.h"
+#include "planner/pruning/pruning.h"
 #include "tests/support/scenes/small_scenes.h"
 
 namespace lumatlas {

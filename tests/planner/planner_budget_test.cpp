@@ -10,10 +10,10 @@
 #include <random>
 #include <stdexcept>
 
+#include "planner/coverage/predicted_loss.h"
 #include "planner/geometry_follower.h"
 #include "planner/offline_planner.h"
 #include "planner/planner.h"
-#include "planner/predicted_loss.h"
 #include "tests/support/scenes/small_scenes.h"
 
 namespace lumatlas {

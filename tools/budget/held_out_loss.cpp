@@ -10,7 +10,7 @@
 #include <stdexcept>
 #include <utility>
 
-#include "planner/hindsight.h"
+#include "planner/pruning/hindsight.h"
 #include "planner/tile_choice.h"
 #include "tools/base/process/interrupt.h"
 

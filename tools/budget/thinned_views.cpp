@@ -7,8 +7,8 @@
 #include <optional>
 #include <vector>
 
-#include "planner/hindsight.h"
-#include "planner/pruning.h"
+#include "planner/pruning/hindsight.h"
+#include "planner/pruning/pruning.h"
 #include "tools/budget/most_steps_within.h"
 
 namespace lumatlas {

@@ -20,7 +20,7 @@
 #include "mesh/cells/cells.h"
 #include "planner/offline_planner.h"
 #include "planner/planner.h"
-#include "planner/pruning.h"
+#include "planner/pruning/pruning.h"
 #include "tools/budget/build_progress.h"
 #include "tools/budget/measured_loss.h"
 #include "tools/inspection/mesh_diagnosis.h"

@@ -5,7 +5,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "planner/predicted_loss.h"
+#include "planner/coverage/predicted_loss.h"
 
 namespace lumatlas {
 

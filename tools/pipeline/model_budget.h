@@ -32,7 +32,7 @@ struct ModelBudget {
 [[nodiscard]] bool wants_few_faces(const ModelBudget& budget, const TileOptions& tiles);
 
 // Sets what chooses views where only the loss is bounded: the measure and the references that the law of
-// planner/predicted_loss.h is for, and no least gain.
+// planner/coverage/predicted_loss.h is for, and no least gain.
 void choose_by_loss(PlannerOptions& planner);
 
 // Sets the bounds of a build. The caller has set the tiles, `tight_tiles`, `least_scale`, `faces`, and

@@ -13,7 +13,7 @@
 #include "atlas/tiles/tiles.h"
 #include "blend/gl/egl_context.h"
 #include "blend/gpu_bytes.h"
-#include "planner/pruning.h"
+#include "planner/pruning/pruning.h"
 #include "tools/budget/compressed_views.h"
 #include "tools/budget/downscaled_views.h"
 #include "tools/budget/held_out_loss.h"

@@ -13,8 +13,8 @@
 #include <string>
 #include <vector>
 
-#include "planner/hindsight.h"
-#include "planner/predicted_loss.h"
+#include "planner/coverage/predicted_loss.h"
+#include "planner/pruning/hindsight.h"
 #include "planner/tile_choice.h"
 #include "tests/support/scenes/small_scenes.h"
 #include "tools/budget/thinned_views.h"

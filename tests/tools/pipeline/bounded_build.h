@@ -2,7 +2,7 @@
 // Builds of small scenes that store all views, and then give up what a bound on the measured loss allows.
 #pragma once
 
-#include "planner/predicted_loss.h"
+#include "planner/coverage/predicted_loss.h"
 #include "tools/pipeline/build_options.h"
 
 namespace lumatlas {

@@ -20,7 +20,7 @@
 
 #include "atlas/model/model_file.h"
 #include "mesh/base/errors.h"
-#include "planner/predicted_loss.h"
+#include "planner/coverage/predicted_loss.h"
 #include "planner/refinement/photometry.h"
 #include "tests/support/temporary_folder.h"
 #include "tools/lab/synth/synth.h"

@@ -8,7 +8,7 @@
 #include <string>
 
 #include "atlas/model/model_file.h"
-#include "planner/predicted_loss.h"
+#include "planner/coverage/predicted_loss.h"
 #include "tests/support/temporary_folder.h"
 #include "tools/lab/synth/synth.h"
 #include "tools/pipeline/build_model.h"

@@ -9,7 +9,7 @@
 
 #include "mesh/base/errors.h"
 #include "mesh/mesh.h"
-#include "tests/fuzz/sentence_laws.h"
+#include "tests/fuzz/laws/sentence_laws.h"
 
 namespace lumatlas {
 

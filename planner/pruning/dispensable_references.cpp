@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "planner/dispensable_references.h"
+#include "planner/pruning/dispensable_references.h"
 
 #include <tbb/parallel_for.h>
 
@@ -7,7 +7,7 @@
 #include <cstddef>
 #include <tuple>
 
-#include "planner/predicted_loss.h"
+#include "planner/coverage/predicted_loss.h"
 
 namespace lumatlas {
 

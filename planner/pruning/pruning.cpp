@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "planner/pruning.h"
+#include "planner/pruning/pruning.h"
 
 #include <algorithm>
 #include <stdexcept>
 
-#include "planner/dispensable_references.h"
-#include "planner/predicted_loss.h"
+#include "planner/coverage/predicted_loss.h"
+#include "planner/pruning/dispensable_references.h"
 
 namespace lumatlas {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "planner/predicted_loss.h"
+#include "planner/coverage/predicted_loss.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "planner/hindsight.h"
+#include "planner/pruning/hindsight.h"
 
 #include <algorithm>
 
-#include "planner/dispensable_references.h"
+#include "planner/pruning/dispensable_references.h"
 
 namespace lumatlas {
 

@@ -4,7 +4,7 @@
 
 #include <utility>
 
-#include "tests/fuzz/sentence_laws.h"
+#include "tests/fuzz/laws/sentence_laws.h"
 #include "tools/scene/forms/capture.h"
 #include "tools/scene/forms/photographs/find_photographs.h"
 

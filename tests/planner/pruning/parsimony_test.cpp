@@ -14,10 +14,10 @@
 
 #include "planner/coverage/direction_coverage.h"
 #include "planner/coverage/offered_coverage.h"
-#include "planner/hindsight.h"
+#include "planner/coverage/predicted_loss.h"
 #include "planner/planner.h"
-#include "planner/predicted_loss.h"
-#include "planner/pruning.h"
+#include "planner/pruning/hindsight.h"
+#include "planner/pruning/pruning.h"
 #include "tests/support/scenes/small_scenes.h"
 
 namespace lumatlas {
