@@ -74,7 +74,7 @@ struct LensEstimates {
 
 // Deviations take one factor, where all steps of a solution take 20 to 40. At kMostStepOperations, where all views
 // share points, they are found for up to 1,700 views and lenses, with 560 MB.
-inline constexpr std::size_t kFactorForLenses = 7;
+inline constexpr std::size_t kFactorForLenses = 40;
 
 struct LensOptions {
   AlignmentOptions alignment = {};  // its prior and max_move: how strongly poses are pulled to the given ones

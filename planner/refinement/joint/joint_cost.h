@@ -6,11 +6,11 @@
 
 namespace lumatlas {
 
-// Operations on tiles of 98 x 98 that a factor may take for one step: those of 882 views and lenses where all share
-// points. Beyond, conjugate gradients solve the equations (conjugate_gradients.h). Each operation is 98^3
-// multiplications at most. 801 blocks take 34,220 operations, which are 5.4 seconds of one core on x86-64 without AVX.
-// A solution has 20 to 40 steps. Along a walk, where each view shares points with the 40 before it, 1600 views take
-// 1,700 operations and 0.2 seconds.
-inline constexpr std::size_t kMostStepOperations = 45'000;
+// Operations on tiles of 98 x 98 that a factor may take for one step: those of 490 views and lenses where all share
+// points, which are 1.2 seconds of one core on x86-64 without AVX. Beyond, conjugate gradients solve the equations
+// (conjugate_gradients.h), which take less time then. Each operation is 98^3 multiplications at most. A solution has 20
+// to 40 steps. Along a walk, where each view shares points with the 40 before it, 1600 views take 1,700 operations and
+// 0.2 seconds.
+inline constexpr std::size_t kMostStepOperations = 8'000;
 
 }  // namespace lumatlas
