@@ -2,7 +2,8 @@
 // Second pass: each visible pixel is the mean of the BLENDED_VIEWS best valid views that its cells refer to. Erat et
 // al. 2019, section 3.1; the same formula as blend/reference.cpp. CELLS is how many cells of a zone are looked at, 1, 2
 // or 4. A view that several of them refer to is looked at once, and only views that count are asked for colour. In the
-// variant SAMPLES a pixel is the mean over its samples; where none sees the surface, it stays what it was.
+// variant SAMPLES a pixel is the mean over its samples; where none sees the surface, it stays what it was. In the
+// variant ONE_CELL each pixel is the blend of the cell that has most of it: cells do not fade into each other.
 
 #include "picture.glsl"
 #include "fetches.glsl"
@@ -36,6 +37,19 @@ const int kRanks = BLENDED_VIEWS + 1;
 float best[CELLS * (BLENDED_VIEWS + 1)];
 uint view_of[CELLS * (BLENDED_VIEWS + 1)];
 float counts[CELLS * BLENDED_VIEWS];
+
+#ifdef ONE_CELL
+uint looked_at = 0u;  // number in its zone of the cell that is looked at
+#endif
+
+// Returns a bit for each of the cells that are looked at which refers to the view.
+uint looking_cells(uint reference) {
+#ifdef ONE_CELL
+  return cells_of(reference) >> looked_at & 1u;
+#else
+  return cells_of(reference);
+#endif
+}
 
 vec3 world_from_pixel(vec2 image, float z) {
   vec3 cam = vec3((image - intrinsics.zw) / intrinsics.xy, 1.0) * z;
@@ -78,7 +92,7 @@ void rank_view(uint view, float weight, uint of_cells) {
 // Returns whether a view may be among the best of the cells that refer to it. Validity and the photograph's border can
 // only lower its weight.
 bool may_win(uvec2 reference, uint of_cells, vec3 world, vec3 to_novel, float o) {
-  uint among = cells_of(reference.x) & of_cells;
+  uint among = looking_cells(reference.x) & of_cells;
   if (among == 0u || sampling.w == 0) return among != 0u;
   float least = least_weight(among);
   if (!(bound_of(reference) > least)) return false;
@@ -98,7 +112,7 @@ void look_at(uint reference, uint of_cells, vec3 world, vec3 to_novel, float o) 
   float weight = geometric_weight(to_novel, o, stored.xyz - world);
   float left = share_left(view, world - stored.xyz, stored.w, rim);
   if (rim) left *= rim_share(to_novel, o, stored.xyz - world);
-  rank_view(view, faded_weight(weight, left), cells_of(reference) & of_cells);
+  rank_view(view, faded_weight(weight, left), looking_cells(reference) & of_cells);
 }
 
 // The best views of each of the cells; those that cannot win are not looked at. A renderer in software takes both sides
@@ -190,6 +204,15 @@ bool blend_views(uvec2 range, vec4 shares, vec3 world, float z, float deviation,
 
 // Returns the surface's colour in the picture's exposure, and PixelState, for a pixel that shows it.
 vec4 shade(Surface surface, vec2 image) {
+#ifdef ONE_CELL
+  float most = surface.shares.x;
+  looked_at = 0u;
+  for (int cell = 1; cell < 4; ++cell) {
+    if (surface.shares[cell] > most) looked_at = uint(cell);
+    most = max(most, surface.shares[cell]);
+  }
+  surface.shares = vec4(1.0, 0.0, 0.0, 0.0);
+#endif
   vec3 world = world_from_pixel(image, surface.z);
   uvec4 zone = entry(zones, surface.zone);
   vec3 color;
@@ -230,7 +253,12 @@ vec4 shown() {
 #ifdef LATE_STENCIL
   // Chromium's renderer in software shades what the stencil stops, and runs both sides of a branch, but can skip a loop.
   vec4 color = vec4(0.0);
-  for (bool is_left = variant_of(texel) == CELLS; is_left; is_left = false) {
+#ifdef ONE_CELL
+  bool is_left = variant_of(texel) != 0;
+#else
+  bool is_left = variant_of(texel) == CELLS;
+#endif
+  for (; is_left; is_left = false) {
     color = shade(surface_of(texel), vec2(gl_FragCoord.x, center.w - gl_FragCoord.y));
   }
   return color;

@@ -60,6 +60,19 @@ TEST_CASE("other pages open a model by one call, and a jump's last frame is draw
   checked_part("opens", {{"opened", "12"}, {"end-of-jump", "true"}});
 }
 
+TEST_CASE("a slow GPU draws drafts until it draws them whole in time, and they are like other frames") {
+  const Said said = checked_part("drafts", {{"states",
+                                             "full 0.5 slow, draft 0.2 slow, draft 0.3 slow, full 1.0, draft 0.2 slow, "
+                                             "draft 0.8 slow, draft 0.8 slow"},
+                                            {"first-whole", "400x300"},
+                                            {"same-states", "true"}});
+  if (said.empty()) return;
+  REQUIRE(said.contains("like-full"));
+  const double psnr = std::stod(said.at("like-full"));  // dB
+  CHECK(psnr > 30);
+  CHECK(psnr < 80);  // it is another program
+}
+
 TEST_CASE("on a slow GPU a still frame becomes sharp part by part, although photographs come") {
   const Said said = checked_part("still", {{"partly", "true"}, {"frames-go-on", "true"}, {"kept", "true"}});
   if (said.empty()) return;

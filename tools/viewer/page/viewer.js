@@ -153,8 +153,8 @@ export class Viewer {
     this.taken = null;  // the scene whose tables are there
     /** @type {Fence | null} */
     this.fence = null;
-    /** @type {{pictures: boolean, share: number, still?: boolean}} */
-    this.shown = {pictures: false, share: 1};
+    /** @type {{pictures: boolean, share: number, isDraft: boolean, still?: boolean}} */
+    this.shown = {pictures: false, share: 1, isDraft: false};
     /** @type {Work & {now: number}} */
     this.asked = {now: 0, pixels: 1, of: 'whole'};
     /** @type {PictureTarget | null} */
@@ -823,14 +823,15 @@ export class Viewer {
     const ms = now - this.asked.now;
     if (of === 'frame') this.sizes.adapt(ms);
     if (of === 'surface') this.sizes.noteSurface(ms);
-    if (of === 'frame' || of === 'part') this.sizes.noteTime(ms, pixels);
+    if (of === 'part' || (of === 'frame' && !this.shown.isDraft)) this.sizes.noteTime(ms, pixels);
     this.finished();
     return false;
   }
 
   // Draws an interactive frame of that size.
   drawNow(size = this.sizes.next()) {
-    const target = this.drawTarget(this.camera(...size));
+    const isDraft = this.sizes.isDraft && this.renderer.readyForDrafts();
+    const target = this.drawTarget(this.camera(...size), isDraft);
     this.present(target, this.sizes.canvasFor(target));
   }
 
@@ -843,10 +844,10 @@ export class Viewer {
 
   // Draws a camera's picture as an interactive frame, into the target that it returns.
   /** @param {Camera} camera */
-  drawTarget(camera) {
+  drawTarget(camera, isDraft = false) {
     const {renderer} = this;
     this.dirty = false;
-    const target = renderer.draw(camera);
+    const target = renderer.draw(camera, isDraft);
     this.target = target;
     this.drawn = {target, camera, pose: this.navigation.pose};
     // Until the programs are compiled and a photograph has come, averaged colours are the picture.
@@ -855,7 +856,7 @@ export class Viewer {
     if (this.mode !== 'picture' || !pictures) {
       renderer.drawMode(target, pictures || this.mode === 'geometry' ? this.mode : 'colours');
     }
-    this.shown = {pictures, share: this.sizes.share};
+    this.shown = {pictures, share: this.sizes.share, isDraft};
     if (pictures) this.quietly(this.look());
     if (!ready && renderer.photographs) this.waitForPrograms();
     return target;
@@ -916,7 +917,7 @@ export class Viewer {
     const {renderer, sizes} = this;
     const size = sizes.still();
     const isThere = again && size.join() === this.stillSize.join();
-    if (sizes.share < 1) {
+    if (sizes.isSlow) {
       const passes = isThere ? [size] : sizes.passes();
       for (const pass of passes) yield* this.refineByParts(pass, isThere ? null : this.target);
       if (!sizes.hasTimeForSamples(size)) return;

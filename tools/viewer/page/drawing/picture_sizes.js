@@ -8,7 +8,9 @@ const SLOW_MS = 40;        // an interactive frame that the GPU takes longer for
 const FAST_MS = 15;
 const LEAST_SHARE = 0.2;   // least share of an interactive frame's pixels along a side
 const FIRST_SHARE = 0.5;
+const DRAFT_SHARE = 0.5;   // share of the pixels along a side below which interactive frames become drafts
 const MOST_CHANGE = 1.6;   // factor of the share from one frame to the next
+const MOST_CANVAS_PART = 4;       // pixels of the window for one of the canvas along a side, on a slow GPU
 const MOST_PIXELS = 2.1e6;        // pixels of an interactive frame
 const MOST_STILL_PIXELS = 4.2e6;
 const PART_MS = 100;       // that the GPU should take for a part of a still frame
@@ -35,6 +37,7 @@ export class PictureSizes {
     /** @type {Quality} */
     this.quality = 'auto';
     this.share = FIRST_SHARE;
+    this.isDraft = false;  // interactive frames are drafts: on a GPU that would draw fewer pixels otherwise
     this.measured = 0;  // interactive frames whose time is known
     /** @type {number | null} */
     this.pixelMs = null;  // that the GPU took for a pixel last
@@ -46,6 +49,7 @@ export class PictureSizes {
   setQuality(quality) {
     this.quality = quality === 'sharp' || quality === 'fast' ? quality : 'auto';
     this.share = QUALITIES[this.quality].share ?? this.share;
+    if (QUALITIES[this.quality].share !== null) this.isDraft = false;
   }
 
   // `ratio` pixels for each of the window's, but not more than the screen has, nor than `most` in all.
@@ -74,19 +78,25 @@ export class PictureSizes {
     return [Math.max(1, Math.round(width * this.share)), Math.max(1, Math.round(height * this.share))];
   }
 
+  // Returns whether the GPU draws interactive frames of the largest size too late, unless they are drafts.
+  get isSlow() {
+    return this.isDraft || this.share < 1;
+  }
+
   // Size of a still frame: whole() where the GPU draws interactive frames whole in time.
   /** @returns {Size} */
   still() {
-    return this.quality === 'auto' && this.share < 1 ? this.moving() : this.whole();
+    return this.quality === 'auto' && this.isSlow ? this.moving() : this.whole();
   }
 
-  // Size of the canvas that shows a picture of that size. On a slow GPU it is half of whole() for pictures at most half
-  // as wide, which the browser shows in less time.
+  // Size of the canvas that shows a picture of that size. On a slow GPU it is a half to a quarter of whole() where the
+  // picture is not wider, which the browser shows in less time.
   /** @param {{width: number, height: number}} picture @returns {Size} */
   canvasFor({width}) {
     const [across, down] = this.whole();
-    const isHalf = this.share < 1 && !this.boxFollows && 2 * width <= across;
-    return isHalf ? [Math.ceil(across / 2), Math.ceil(down / 2)] : [across, down];
+    if (!this.isSlow || this.boxFollows) return [across, down];
+    const part = Math.max(1, Math.min(MOST_CANVAS_PART, Math.floor(across / width)));
+    return [Math.ceil(across / part), Math.ceil(down / part)];
   }
 
   // Sizes of the passes of a still frame, the whole one last: each takes the GPU a bounded time, or is a small gain on
@@ -111,6 +121,8 @@ export class PictureSizes {
     if (QUALITIES[this.quality].share !== null || this.measured < 2) return;
     const change = ms > SLOW_MS ? Math.sqrt(SLOW_MS / ms) : ms < FAST_MS ? MOST_CHANGE : 1;
     this.share = Math.max(LEAST_SHARE, Math.min(1, this.share * Math.max(1 / MOST_CHANGE, change)));
+    if (this.share < DRAFT_SHARE) this.isDraft = true;
+    else if (this.share === 1 && ms < FAST_MS) this.isDraft = false;
   }
 
   // Notes that the GPU took `ms` for `pixels`.

@@ -97,6 +97,11 @@ export class Renderer {
     return [...['surface', 'fade', 'glance'].map((pass) => this.programs.ready(pass)), ...blends].every(Boolean);
   }
 
+  // Returns whether the program for drafts is compiled; starts compiling it.
+  readyForDrafts() {
+    return this.programs.ready('draft', 1);
+  }
+
   // Returns whether there are faces that CELLS_OF_SHADER[i] cells share.
   /** @param {number} i */
   isDrawn(i) {
@@ -326,6 +331,21 @@ export class Renderer {
     gl.disable(gl.STENCIL_TEST);
   }
 
+  // A draft: cells do not fade into each other, and photographs are sampled coarsely.
+  /** @param {PictureTarget} target */
+  drawDraft(target) {
+    const {gl} = this;
+    gl.bindFramebuffer(gl.FRAMEBUFFER, target.blend);
+    gl.viewport(0, 0, target.width, target.height);
+    gl.clearBufferfv(gl.COLOR, 0, [0, 0, 0, 0]);
+    gl.enable(gl.STENCIL_TEST);
+    gl.stencilMask(0);
+    gl.stencilFunc(gl.NOTEQUAL, 0, 0xFF);
+    this.drawScreen('draft', 1, target.surface);
+    gl.stencilMask(0xFF);
+    gl.disable(gl.STENCIL_TEST);
+  }
+
   /** @param {PictureTarget} target */
   drawSamples(target) {
     const {gl} = this;
@@ -418,7 +438,7 @@ export class Renderer {
 
   // The middles of pixels alone: for a camera that moves. Returns the target.
   /** @param {Camera} camera */
-  draw(camera) {
+  draw(camera, isDraft = false) {
     this.setState();
     this.describe(camera, nearbyExposure(this.scene, camera));
     const target = this.pictureTarget('moving', camera.width, camera.height);
@@ -426,7 +446,8 @@ export class Renderer {
     if (this.ready()) {
       this.bindTables();
       this.surface.rank(camera, this.scene);
-      this.drawBlend(target);
+      if (isDraft) this.drawDraft(target);
+      else this.drawBlend(target);
       this.drawFade(target);
     }
     return target;
