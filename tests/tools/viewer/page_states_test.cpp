@@ -60,12 +60,18 @@ TEST_CASE("other pages open a model by one call, and a jump's last frame is draw
   checked_part("opens", {{"opened", "12"}, {"end-of-jump", "true"}});
 }
 
+TEST_CASE("clustered faces are few, cover the same, and keep the border to other pieces") {
+  checked_part("clusters", {{"fewer", "true"}, {"border", "true"}, {"area", "1.0000 0"}, {"little", "3 0 3"}});
+}
+
 TEST_CASE("a slow GPU draws drafts until it draws them whole in time, and they are like other frames") {
   const Said said = checked_part("drafts", {{"states",
                                              "full 0.5 slow, draft 0.2 slow, draft 0.3 slow, full 1.0, draft 0.2 slow, "
                                              "draft 0.8 slow, draft 0.8 slow"},
                                             {"first-whole", "400x300"},
-                                            {"same-states", "true"}});
+                                            {"same-states", "true"},
+                                            {"fewer-faces", "true"},
+                                            {"whole-alone", "true false"}});
   if (said.empty()) return;
   REQUIRE(said.contains("like-full"));
   const double psnr = std::stod(said.at("like-full"));  // dB

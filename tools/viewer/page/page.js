@@ -18,6 +18,7 @@ import {KeyFrames} from './path/key_frames.js';
 import {save} from './saving.js';
 import {QuietControls} from './quiet_controls.js';
 import {viewsOf} from './reading/model.js';
+import {clusteredFaces} from './drawing/clustered_faces.js';
 import {boundOfWeight} from './drawing/ranked_references.js';
 import {texelForm} from './drawing/photograph_forms.js';
 import {fillTexts} from './texts/fill.js';
@@ -26,7 +27,7 @@ import {MEBIBYTE, Viewer, defaultMemory} from './viewer.js';
 import {Walking} from './walking.js';
 /** @import {LengthUnit, Overrun, PageFile, ViewerOptions} from './types.d.ts' */
 
-export {Viewer, boundOfWeight, texelForm};
+export {Viewer, boundOfWeight, clusteredFaces, texelForm};
 
 const WRITE_ADDRESS_MS = 200;
 

@@ -14,6 +14,7 @@ import {bindTexture, makeTexture} from './tables.js';
 /** @import {Photographs} from './photographs.js' */
 /** @import {PictureTarget, Sized, SurfaceTarget} from './gl_objects.js' */
 /** @import {Picture} from './surroundings.js' */
+/** @import {SurfacePiece} from './surface_piece.js' */
 /** @import {Background, Camera, Mode, Scene, Shaders, Size, Vector} from '../types.d.ts' */
 
 const SAMPLED = 4;                  // in the stencil: pixels that are means over samples
@@ -99,7 +100,7 @@ export class Renderer {
 
   // Returns whether the program for drafts is compiled; starts compiling it.
   readyForDrafts() {
-    return this.programs.ready('draft', 1);
+    return [this.programs.ready('draft', 1), this.programs.ready('draft_surface')].every(Boolean);
   }
 
   // Returns whether there are faces that CELLS_OF_SHADER[i] cells share.
@@ -268,8 +269,36 @@ export class Renderer {
   // `marks`: the stencil says how many cells are blended. `whole`: with the hidden part.
   /** @param {SurfaceTarget} target @param {boolean} marks */
   drawSurface(target, marks, whole = false) {
+    const {camera} = this;
+    if (!camera) return;
+    this.beginSurface(target, marks);
+    this.drawPieces(this.surface.seenBy(camera), marks, whole);
+    this.endSurface();
+  }
+
+  // The surface of a draft. Where it has more faces than the target has pixels, its pieces are drawn with fewer, which
+  // are made for one piece a picture.
+  /** @param {PictureTarget} target */
+  drawDraftSurface(target) {
     const {gl, camera} = this;
     if (!camera) return;
+    const seen = this.surface.seenBy(camera);
+    const faces = seen.reduce((sum, piece) => sum + piece.faces(), 0);
+    const dense = faces > target.width * target.height ? seen.filter((piece) => piece.isWhole) : [];
+    dense.find((piece) => !piece.clustered)?.makeClustered();
+    const fewer = new Set(dense.filter((piece) => piece.clustered));
+    this.beginSurface(target, true);
+    this.drawPieces(seen.filter((piece) => !fewer.has(piece)), true, false);
+    const program = this.programs.use('draft_surface');
+    gl.uniform1ui(program.uniform('variant'), 0);
+    gl.stencilFunc(gl.ALWAYS, 1, 0xFF);
+    for (const piece of fewer) piece.drawClustered(program.uniform('first_zone'));
+    this.endSurface();
+  }
+
+  /** @param {SurfaceTarget} target @param {boolean} marks */
+  beginSurface(target, marks) {
+    const {gl} = this;
     gl.bindFramebuffer(gl.FRAMEBUFFER, target.pass);
     gl.viewport(0, 0, target.width, target.height);
     if (target.surface) gl.clearBufferuiv(gl.COLOR, 0, [NOTHING, 0, 0, 0]);
@@ -284,9 +313,13 @@ export class Renderer {
     gl.depthFunc(gl.GREATER);
     const clips = this.programs.clipControl;
     clips?.clipControlEXT(clips.LOWER_LEFT_EXT, clips.ZERO_TO_ONE_EXT);
+  }
+
+  /** @param {SurfacePiece[]} pieces @param {boolean} marks @param {boolean} whole */
+  drawPieces(pieces, marks, whole) {
+    const {gl} = this;
     const program = this.programs.use('surface');
     const [firstZone, variant] = [program.uniform('first_zone'), program.uniform('variant')];
-    const pieces = this.surface.seenBy(camera);
     CELLS_OF_SHADER.forEach((_, group) => {
       if (marks) gl.stencilFunc(gl.ALWAYS, group + 1, 0xFF);
       gl.uniform1ui(variant, group);
@@ -299,6 +332,11 @@ export class Renderer {
       for (const piece of pieces) piece.draw(CELLS_OF_SHADER.length, whole, firstZone);
       this.setNearDepth(this.scene.near_depth);
     }
+  }
+
+  endSurface() {
+    const {gl} = this;
+    const clips = this.programs.clipControl;
     clips?.clipControlEXT(clips.LOWER_LEFT_EXT, clips.NEGATIVE_ONE_TO_ONE_EXT);
     gl.disable(gl.STENCIL_TEST);
     gl.disable(gl.DEPTH_TEST);
@@ -442,7 +480,8 @@ export class Renderer {
     this.setState();
     this.describe(camera, nearbyExposure(this.scene, camera));
     const target = this.pictureTarget('moving', camera.width, camera.height);
-    this.drawSurface(target, true);
+    if (isDraft) this.drawDraftSurface(target);
+    else this.drawSurface(target, true);
     if (this.ready()) {
       this.bindTables();
       this.surface.rank(camera, this.scene);

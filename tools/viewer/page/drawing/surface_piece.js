@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // A piece of the surface on the GPU: the whole mesh of a small scene, a chunk of a large one, or the coarse mesh.
+import {clusteredFaces} from './clustered_faces.js';
 import {GlObjects} from './gl_objects.js';
 import {ballAround} from './pyramid.js';
 import {RankedReferences} from './ranked_references.js';
@@ -49,19 +50,14 @@ export class SurfacePiece {
     /** @type {GlObjects} */
     this.objects = new GlObjects(gl);
     this.bytes = 0;  // of the mesh
-    this.vertices = this.objects.vertexArray();
-    gl.bindVertexArray(this.vertices);
-    this.positionBuffer = this.buffer(gl.ARRAY_BUFFER, mesh.positions);
-    gl.vertexAttribPointer(0, 3, gl.FLOAT, false, 12, 0);
-    this.colorBuffer = this.buffer(gl.ARRAY_BUFFER, mesh.colors);
-    gl.vertexAttribPointer(1, 3, gl.UNSIGNED_BYTE, true, 4, 0);
-    this.buffer(gl.ARRAY_BUFFER, mesh.shares);
-    gl.vertexAttribPointer(2, 3, gl.UNSIGNED_BYTE, true, 4, 0);
-    this.buffer(gl.ARRAY_BUFFER, mesh.zones);
-    gl.vertexAttribIPointer(3, 1, gl.UNSIGNED_INT, 4, 0);
-    for (let attribute = 0; attribute < 4; ++attribute) gl.enableVertexAttribArray(attribute);
-    this.buffer(gl.ELEMENT_ARRAY_BUFFER, mesh.corners);
     gl.bindVertexArray(null);
+    this.positionBuffer = this.buffer(gl.ARRAY_BUFFER, mesh.positions);
+    this.colorBuffer = this.buffer(gl.ARRAY_BUFFER, mesh.colors);
+    this.shareBuffer = this.buffer(gl.ARRAY_BUFFER, mesh.shares);
+    this.zoneBuffer = this.buffer(gl.ARRAY_BUFFER, mesh.zones);
+    this.vertices = this.vertexArray(mesh.corners);
+    /** @type {{vertices: WebGLVertexArrayObject, count: number} | null} */
+    this.clustered = null;  // fewer faces, in place of all of `counts`, and how many corners they have
     // Numbers of corners: one for each of CELLS_OF_SHADER, the last of faces that are drawn a little behind.
     this.counts = [...mesh.counts, mesh.behind];
     this.shown = this.counts;  // how many of each are shown: the first ones
@@ -80,6 +76,26 @@ export class SurfacePiece {
     gl.bufferData(target, data, gl.STATIC_DRAW);
     this.bytes += data.byteLength;
     return made;
+  }
+
+  // A vertex array of faces with these corners.
+  /** @param {Uint32Array<ArrayBuffer>} corners */
+  vertexArray(corners) {
+    const {gl} = this;
+    const vertices = this.objects.vertexArray();
+    gl.bindVertexArray(vertices);
+    gl.bindBuffer(gl.ARRAY_BUFFER, this.positionBuffer);
+    gl.vertexAttribPointer(0, 3, gl.FLOAT, false, 12, 0);
+    gl.bindBuffer(gl.ARRAY_BUFFER, this.colorBuffer);
+    gl.vertexAttribPointer(1, 3, gl.UNSIGNED_BYTE, true, 4, 0);
+    gl.bindBuffer(gl.ARRAY_BUFFER, this.shareBuffer);
+    gl.vertexAttribPointer(2, 3, gl.UNSIGNED_BYTE, true, 4, 0);
+    gl.bindBuffer(gl.ARRAY_BUFFER, this.zoneBuffer);
+    gl.vertexAttribIPointer(3, 1, gl.UNSIGNED_INT, 4, 0);
+    for (let attribute = 0; attribute < 4; ++attribute) gl.enableVertexAttribArray(attribute);
+    this.buffer(gl.ELEMENT_ARRAY_BUFFER, corners);
+    gl.bindVertexArray(null);
+    return vertices;
   }
 
   release() {
@@ -180,6 +196,39 @@ export class SurfacePiece {
     gl.bindBuffer(gl.ARRAY_BUFFER, this.positionBuffer);
     gl.getBufferSubData(gl.ARRAY_BUFFER, 0, positions);
     return positions;
+  }
+
+  // Returns the number of faces that are shown.
+  faces() {
+    return this.shown.reduce((sum, each) => sum + each, 0) / 3;
+  }
+
+  // Returns whether all faces are shown, each in its own place.
+  get isWhole() {
+    const {counts, shown} = this;
+    return counts.at(-1) === 0 && shown.every((count, group) => count === counts[group]);
+  }
+
+  // Makes the faces that drawClustered() draws.
+  makeClustered() {
+    const {gl} = this;
+    const corners = new Uint32Array(this.size[1]);
+    gl.bindVertexArray(this.vertices);
+    gl.getBufferSubData(gl.ELEMENT_ARRAY_BUFFER, 0, corners);
+    gl.bindVertexArray(null);
+    const fewer = clusteredFaces(this.positions(), corners);
+    this.clustered = {vertices: this.vertexArray(fewer), count: fewer.length};
+  }
+
+  // Draws fewer faces in the place of all. The zone of a face is that of its last corner, and other corners may be in
+  // others, so that their shares of cells mean nothing.
+  /** @param {WebGLUniformLocation | null} firstZone */
+  drawClustered(firstZone) {
+    const {gl, clustered} = this;
+    if (!clustered || clustered.count === 0) return;
+    gl.uniform1ui(firstZone, this.firstZone);
+    gl.bindVertexArray(clustered.vertices);
+    gl.drawElements(gl.TRIANGLES, clustered.count, gl.UNSIGNED_INT, 0);
   }
 
   // Draws the faces of one of `counts`. `whole`: with those that are hidden.
