@@ -3,7 +3,7 @@
 
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
-#include <tbb/parallel_sort.h>
+#include <tbb/parallel_reduce.h>
 
 #include <algorithm>
 #include <array>
@@ -11,17 +11,19 @@
 #include <cstdint>
 #include <glm/vec3.hpp>
 #include <limits>
-#include <span>
 #include <stdexcept>
 #include <string>
-#include <tuple>
+#include <unordered_map>
 #include <utility>
+#include <vector>
 
 #include "mesh/base/errors.h"
-#include "mesh/finite.h"
 #include "mesh/repair/collinear.h"
+#include "mesh/repair/joined_positions.h"
+#include "mesh/repair/kept_faces.h"
 #include "mesh/repair/manifold_check.h"
 #include "mesh/repair/manifold_repair.h"
+#include "mesh/repair/orientation.h"
 #include "mesh/vertex_faces.h"
 
 namespace lumatlas {
@@ -29,10 +31,11 @@ namespace lumatlas {
 namespace {
 
 constexpr std::uint32_t kAbsent = std::numeric_limits<std::uint32_t>::max();
+constexpr std::size_t kChunk = 1 << 14;  // faces or positions that a thread takes at once
 
 template <typename Body>
 void in_parallel(std::size_t count, const Body& body) {
-  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, count, 1 << 12), [&](const auto& range) {
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, count, kChunk), [&](const auto& range) {
     for (std::size_t i = range.begin(); i < range.end(); ++i) body(i);
   });
 }
@@ -41,22 +44,38 @@ void in_parallel(std::size_t count, const Body& body) {
   throw std::invalid_argument("growing repair: " + complaint);
 }
 
-// Throws unless the list is empty or names positions before, each once.
-void check_previous_positions(const std::vector<VertexId>& previous, std::size_t positions, std::size_t before) {
-  if (previous.empty()) return;
+// Returns for each position before which one it is now; none: it is gone. Throws unless the list is empty or names
+// positions before, each once.
+std::vector<VertexId> positions_now(const std::vector<VertexId>& previous, std::size_t positions, std::size_t before) {
+  std::vector<VertexId> now(before, VertexId::none);
+  if (previous.empty()) return now;
   if (previous.size() != positions) {
     refuse_growth("previous_position has " + std::to_string(previous.size()) + " entries, must be empty or have " +
                   std::to_string(positions));
   }
-  std::vector<std::uint8_t> named(before, 0);
-  for (const VertexId position : previous) {
-    if (position == VertexId::none) continue;
-    if (position >= before) {
-      refuse_growth("previous_position names " + std::to_string(position) + " of " + std::to_string(before));
+  for (VertexId position{0}; position < positions; ++position) {
+    const VertexId then = previous[position];
+    if (then == VertexId::none) continue;
+    if (then >= before) {
+      refuse_growth("previous_position names " + std::to_string(then) + " of " + std::to_string(before));
     }
-    if (named[position] != 0) refuse_growth("previous_position names " + std::to_string(position) + " twice");
-    named[position] = 1;
+    if (now[then] != VertexId::none) refuse_growth("previous_position names " + std::to_string(then) + " twice");
+    now[then] = position;
   }
+  return now;
+}
+
+// Returns the first face that refers to no position; the number of faces if there is none.
+std::size_t first_face_beyond(const TriangleSoup& soup) {
+  const auto search = [&](const tbb::blocked_range<std::size_t>& range, std::size_t found) {
+    for (std::size_t face = range.begin(); face < range.end() && face < found; ++face) {
+      const glm::uvec3& corners = soup.faces[face];
+      if (std::max({corners.x, corners.y, corners.z}) >= soup.positions.size()) return face;
+    }
+    return found;
+  };
+  return tbb::parallel_reduce(tbb::blocked_range<std::size_t>(0, soup.faces.size(), kChunk), soup.faces.size(), search,
+                              [](std::size_t a, std::size_t b) { return std::min(a, b); });
 }
 
 void check_soup(const TriangleSoup& soup) {
@@ -65,145 +84,8 @@ void check_soup(const TriangleSoup& soup) {
   if (std::max(soup.positions.size(), soup.faces.size()) > kMost) {
     refuse_growth("the soup has more than " + std::to_string(kMost) + " positions or faces");
   }
-  for (std::size_t face = 0; face < soup.faces.size(); ++face) {
-    const glm::uvec3& corners = soup.faces[face];
-    if (std::max({corners.x, corners.y, corners.z}) < soup.positions.size()) continue;
-    refuse_growth("face " + std::to_string(face) + " refers to no position");
-  }
-}
-
-std::uint64_t hash_of_place(const glm::vec3& place) {
-  std::uint64_t hash = 0;
-  for (int axis = 0; axis < 3; ++axis) {
-    hash ^= std::bit_cast<std::uint32_t>(place[axis] + 0.0f);  // -0 and 0 are one position
-    hash *= 0x9e3779b97f4a7c15ull;
-    hash ^= hash >> 32U;
-  }
-  return hash;
-}
-
-constexpr glm::uvec3 kNoCorners(kAbsent);
-
-// Faces by the lowest of their corners, in their order; those with kNoCorners are left out.
-class FacesByCorner {
- public:
-  FacesByCorner(std::size_t corners, const std::vector<glm::uvec3>& faces) : end_(corners + 1, 0) {
-    const auto lowest = [](const glm::uvec3& face) { return std::min({face.x, face.y, face.z}); };
-    for (const glm::uvec3& face : faces) {
-      if (face != kNoCorners) ++end_[lowest(face) + 1];
-    }
-    for (std::size_t corner = 0; corner < corners; ++corner) end_[corner + 1] += end_[corner];
-    faces_.resize(end_.back());
-    for (std::uint32_t face = 0; face < faces.size(); ++face) {
-      if (faces[face] != kNoCorners) faces_[end_[lowest(faces[face])]++] = face;
-    }
-  }
-
-  [[nodiscard]] std::span<const std::uint32_t> operator[](std::size_t corner) const {
-    const std::uint32_t begin = corner == 0 ? 0 : end_[corner - 1];
-    return std::span(faces_).subspan(begin, end_[corner] - begin);
-  }
-
- private:
-  std::vector<std::uint32_t> end_, faces_;
-};
-
-// The face turned so that its lowest corner comes first: its other corners, and its number.
-struct TurnedFace {
-  std::uint32_t second, third, face;
-  [[nodiscard]] auto corners() const { return std::tie(second, third); }
-  bool operator<(const TurnedFace& other) const {
-    return std::tie(second, third, face) < std::tie(other.second, other.third, other.face);
-  }
-};
-
-// Sorted, so that faces with the same corners keep their order.
-std::vector<TurnedFace> turned_faces(std::span<const std::uint32_t> of_corner, const std::vector<glm::uvec3>& faces) {
-  std::vector<TurnedFace> turned;
-  for (const std::uint32_t face : of_corner) {
-    const glm::uvec3& f = faces[face];
-    if (f.x <= f.y && f.x <= f.z) {
-      turned.push_back({f.y, f.z, face});
-    } else if (f.y <= f.z) {
-      turned.push_back({f.z, f.x, face});
-    } else {
-      turned.push_back({f.x, f.y, face});
-    }
-  }
-  std::sort(turned.begin(), turned.end());
-  return turned;
-}
-
-// Returns for each face the one before that it was, by the corners that it had then.
-std::vector<FaceId> faces_that_were(const std::vector<glm::uvec3>& before, std::size_t positions_before,
-                                    const std::vector<glm::uvec3>& corners_then) {
-  std::vector<FaceId> previous(corners_then.size(), FaceId::none);
-  const FacesByCorner old_faces(positions_before, before), new_faces(positions_before, corners_then);
-  in_parallel(positions_before, [&](std::size_t corner) {
-    if (new_faces[corner].empty() || old_faces[corner].empty()) return;
-    const std::vector<TurnedFace> now = turned_faces(new_faces[corner], corners_then);
-    const std::vector<TurnedFace> then = turned_faces(old_faces[corner], before);
-    for (auto face = now.begin(), old_face = then.begin(); face != now.end() && old_face != then.end();) {
-      if (face->corners() == old_face->corners()) {
-        previous[(face++)->face] = FaceId((old_face++)->face);
-      } else if (face->corners() < old_face->corners()) {
-        ++face;
-      } else {
-        ++old_face;
-      }
-    }
-  });
-  return previous;
-}
-
-// The positions as floats, and for each the point that it is: positions at one place are one point. kAbsent: the
-// position is not finite.
-struct Points {
-  std::vector<glm::vec3> places;
-  std::vector<std::uint32_t> of_position;
-  std::vector<std::uint32_t> place_of;  // by point, one of its positions
-};
-
-struct HashedPosition {
-  std::uint64_t hash;
-  std::uint32_t position;
-  bool is_new;
-  bool operator<(const HashedPosition& other) const {
-    return std::tie(hash, is_new, position) < std::tie(other.hash, other.is_new, other.position);
-  }
-};
-
-// Returns for each new position the one at the same place that it is joined to, which is not new or comes first;
-// kAbsent: none.
-std::vector<std::uint32_t> joined_to(const std::vector<glm::vec3>& places, const std::vector<std::uint8_t>& is_new) {
-  const auto count = static_cast<std::size_t>(std::count(is_new.begin(), is_new.end(), 1));
-  std::vector<std::uint32_t> joined(places.size(), kAbsent);
-  if (count == 0) return joined;
-  // A bit for what a new position may hash to, of 64 for each of these.
-  const unsigned shift = 64U - std::min(34U, static_cast<unsigned>(std::bit_width(count)) + 6U);
-  std::vector<std::uint64_t> bits((std::uint64_t{1} << (64U - shift)) / 64);
-  std::vector<std::uint64_t> hashes(places.size());
-  in_parallel(places.size(), [&](std::size_t i) { hashes[i] = hash_of_place(places[i]); });
-  for (std::size_t i = 0; i < places.size(); ++i) {
-    if (is_new[i] != 0) bits[hashes[i] >> shift >> 6U] |= std::uint64_t{1} << (hashes[i] >> shift & 63U);
-  }
-  std::vector<HashedPosition> suspects;
-  for (std::uint32_t i = 0; i < places.size(); ++i) {
-    if ((bits[hashes[i] >> shift >> 6U] >> (hashes[i] >> shift & 63U) & 1U) == 0 || !is_finite(places[i])) continue;
-    suspects.push_back({hashes[i], i, is_new[i] != 0});
-  }
-  tbb::parallel_sort(suspects);
-  for (auto first = suspects.begin(); first != suspects.end();) {
-    const auto end = std::find_if(first, suspects.end(), [&](const auto& other) { return other.hash != first->hash; });
-    for (auto later = first; later != end; ++later) {
-      if (!later->is_new) continue;
-      const auto same = std::find_if(
-          first, later, [&](const auto& other) { return places[other.position] == places[later->position]; });
-      if (same != later) joined[later->position] = same->position;
-    }
-    first = end;
-  }
-  return joined;
+  const std::size_t beyond = first_face_beyond(soup);
+  if (beyond < soup.faces.size()) refuse_growth("face " + std::to_string(beyond) + " refers to no position");
 }
 
 }  // namespace
@@ -211,12 +93,14 @@ std::vector<std::uint32_t> joined_to(const std::vector<glm::vec3>& places, const
 // The soup before, and what became of it.
 struct GrowingRepair::State {
   std::vector<glm::uvec3> soup_faces;
-  std::vector<std::uint32_t> point_of_position;
-  std::size_t points = 0;
-  std::vector<glm::uvec3> mesh_corners;  // by face of the soup, of what it became
-  std::vector<FaceId> mesh_face;         // by face of the soup; none: it was dropped
+  PointOfPosition point;
+  std::vector<FaceId> mesh_face;  // by face of the soup; none: it was dropped
+  std::vector<glm::uvec3> mesh_faces;
+  // By face of the mesh, a bit for each corner, the first one lowest: no corner before it has its vertex.
+  std::vector<std::uint8_t> first_uses;
   std::size_t mesh_vertices = 0;
-  bool has_opposed_faces = false;
+  std::vector<VertexId> suspects;     // points that vertices_without_one_fan() names before faces are turned round
+  std::vector<std::uint32_t> turned;  // faces of the soup that are turned round, ascending
   std::size_t faces_repaired = 0;
 };
 
@@ -224,133 +108,132 @@ namespace {
 
 // One step from a version to the next.
 template <typename State>
-class Step {
+class RepairStep {
  public:
-  Step(const State& before, const GrownSoup& grown) : before_(before), grown_(grown), soup_(grown.soup) {}
+  RepairStep(const State& before, GrownSoup& grown)
+      : before_(before),
+        soup_(grown.soup),
+        previous_position_(grown.previous_position),
+        position_now_(positions_now(previous_position_, soup_.positions.size(), before.point.size())),
+        kept_(kept_faces({before.soup_faces, soup_.faces, previous_position_, grown.previous_face})) {}
 
   GrownMesh run(State& after) {
-    find_faces_before();
     find_points();
-    find_dirty_points();
-    if (before_.has_opposed_faces || !keeps_order() || !repair_near(false)) {
-      std::fill(dirty_.begin(), dirty_.end(), std::uint8_t{1});
-      (void)repair_near(true);
+    if (kept_.in_order) {
+      find_dirty_points();
+    } else {
+      dirty_.assign(places_.size(), 1);
     }
+    find_region();
+    find_suspects();
+    find_turned_faces();
+    if (mark_other_turns()) find_region();
+    turn_and_split();
+    find_first_uses();
     GrownMesh result = compose(after);
     after.faces_repaired = faces_.size() + dropped_;
     return result;
   }
 
  private:
-  [[nodiscard]] VertexId position_before(std::size_t position) const {
-    return grown_.previous_position.empty() ? VertexId::none : grown_.previous_position[position];
-  }
-  [[nodiscard]] FaceId face_before(std::size_t face) const {
-    return faces_before_.empty() ? FaceId::none : faces_before_[face];
-  }
-  // Returns whether the faces that stay come in the order that they had. Of faces between the same three points the
-  // first one is kept, which may be another one after a change of the order.
-  [[nodiscard]] bool keeps_order() const {
-    std::uint32_t last = 0;
-    for (const FaceId before : faces_before_) {
-      if (before == FaceId::none) continue;
-      if (before < last) return false;
-      last = before;
-    }
-    return true;
-  }
   [[nodiscard]] glm::uvec3 points_of(std::size_t face) const {
     const glm::uvec3& corners = soup_.faces[face];
-    return {points_.of_position[corners.x], points_.of_position[corners.y], points_.of_position[corners.z]};
-  }
-
-  void find_faces_before() {
-    if (grown_.previous_position.empty()) return;
-    std::vector<glm::uvec3> corners_then(soup_.faces.size(), kNoCorners);
-    in_parallel(soup_.faces.size(), [&](std::size_t face) {
-      glm::uvec3 then;
-      for (int corner = 0; corner < 3; ++corner) then[corner] = position_before(soup_.faces[face][corner]);
-      if (std::max({then.x, then.y, then.z}) != kAbsent) corners_then[face] = then;
-    });
-    faces_before_ = faces_that_were(before_.soup_faces, before_.point_of_position.size(), corners_then);
+    return {point_[corners.x], point_[corners.y], point_[corners.z]};
   }
 
   void find_points() {
-    const std::size_t count = soup_.positions.size();
-    points_.places.resize(count);
-    std::vector<std::uint8_t> is_new(count);
-    in_parallel(count, [&](std::size_t i) {
-      points_.places[i] = glm::vec3(soup_.positions[i]);
-      is_new[i] = position_before(i) == VertexId::none ? 1 : 0;
-    });
-    points_.of_position.assign(count, kAbsent);
-    point_now_.assign(before_.points, kAbsent);
-    const auto add_point = [&](std::size_t position) {
-      points_.place_of.push_back(static_cast<std::uint32_t>(position));
-      return static_cast<std::uint32_t>(points_.place_of.size() - 1);
-    };
-    for (std::size_t i = 0; i < count; ++i) {
-      if (is_new[i] != 0) continue;
-      const std::uint32_t before = before_.point_of_position[position_before(i)];
-      if (before == kAbsent) continue;
-      if (point_now_[before] == kAbsent) point_now_[before] = add_point(i);
-      points_.of_position[i] = point_now_[before];
-    }
-    const std::vector<std::uint32_t> joined = joined_to(points_.places, is_new);
-    for (std::size_t i = 0; i < count; ++i) {
-      if (is_new[i] == 0 || !is_finite(points_.places[i])) continue;
-      points_.of_position[i] = joined[i] == kAbsent ? add_point(i) : points_.of_position[joined[i]];
-    }
+    places_.resize(soup_.positions.size());
+    in_parallel(places_.size(), [&](std::size_t i) { places_[i] = glm::vec3(soup_.positions[i]); });
+    JoinedPositions joined = joined_positions(places_, previous_position_, position_now_, before_.point);
+    point_ = std::move(joined.point);
+    heirs_ = std::move(joined.heirs);
   }
 
-  // Points at which a face came or went.
+  // Returns the point that a position before is now at, or none.
+  [[nodiscard]] VertexId point_now(std::uint32_t position_before) const {
+    const VertexId point = before_.point[position_before];
+    if (point == VertexId::none || position_now_[point] != VertexId::none) {
+      return point == VertexId::none ? point : point_[position_now_[point]];
+    }
+    const auto heir = heirs_.find(point);
+    return heir == heirs_.end() ? VertexId::none : heir->second;
+  }
+
+  // Marks the points at which a face came or went. Faces that stay are in order.
   void find_dirty_points() {
-    dirty_.assign(points_.place_of.size(), 0);
-    std::vector<std::uint8_t> stays(before_.soup_faces.size(), 0);
+    dirty_.assign(places_.size(), 0);
+    const auto mark = [&](VertexId point) {
+      if (point != VertexId::none) dirty_[point] = 1;
+    };
+    std::uint32_t next = 0;  // face before
+    const auto mark_gone = [&](std::uint32_t end) {
+      for (; next < end; ++next) {
+        for (int corner = 0; corner < 3; ++corner) mark(point_now(before_.soup_faces[next][corner]));
+      }
+    };
     for (std::size_t face = 0; face < soup_.faces.size(); ++face) {
-      if (face_before(face) != FaceId::none) {
-        stays[face_before(face)] = 1;
-        continue;
-      }
-      const glm::uvec3 points = points_of(face);
-      for (int corner = 0; corner < 3; ++corner) {
-        if (points[corner] != kAbsent) dirty_[points[corner]] = 1;
-      }
-    }
-    for (std::size_t face = 0; face < stays.size(); ++face) {
-      if (stays[face] != 0) continue;
-      for (int corner = 0; corner < 3; ++corner) {
-        const std::uint32_t point = before_.point_of_position[before_.soup_faces[face][corner]];
-        if (point != kAbsent && point_now_[point] != kAbsent) dirty_[point_now_[point]] = 1;
+      const FaceId before = kept_.before[face];
+      if (before == FaceId::none) {
+        for (int corner = 0; corner < 3; ++corner) mark(point_[soup_.faces[face][corner]]);
+      } else {
+        mark_gone(before);
+        ++next;
       }
     }
+    mark_gone(static_cast<std::uint32_t>(before_.soup_faces.size()));
   }
 
-  // Lists the faces around dirty points, and numbers their points.
+  [[nodiscard]] bool is_in_region(std::uint32_t face) const {
+    const glm::uvec3 points = points_of(face);
+    return std::max({points.x, points.y, points.z}) != kAbsent &&
+           (dirty_[points.x] | dirty_[points.y] | dirty_[points.z]) != 0;
+  }
+
+  // Lists the faces around dirty points that have an area and are no duplicates.
   void find_region() {
-    std::vector<std::uint32_t> all;
-    region_.assign(soup_.faces.size(), 0);
-    std::vector<std::uint8_t> degenerate(soup_.faces.size(), 0);
-    in_parallel(soup_.faces.size(), [&](std::size_t face) {
-      const glm::uvec3 p = points_of(face);
-      if (std::max({p.x, p.y, p.z}) == kAbsent) return;
-      if (dirty_[p.x] == 0 && dirty_[p.y] == 0 && dirty_[p.z] == 0) return;
-      region_[face] = 1;
-      const auto at = [&](std::uint32_t point) { return points_.places[points_.place_of[point]]; };
-      degenerate[face] = p.x == p.y || p.y == p.z || p.z == p.x || are_collinear(at(p.x), at(p.y), at(p.z)) ? 1 : 0;
-    });
-    std::vector<std::uint32_t> number(points_.place_of.size(), kAbsent);
+    list_region();
+    number_region();
+    const VertexFaces around(local_points_.size(), triangles_);
+    drop(duplicate_faces(triangles_, around, vertices_without_one_fan(local_points_.size(), triangles_, around)));
+  }
+
+  // Lists the faces around dirty points, ascending.
+  void list_region() {
+    using Found = std::vector<std::uint32_t>;
+    region_ = tbb::parallel_reduce(
+        tbb::blocked_range<std::uint32_t>(0, static_cast<std::uint32_t>(soup_.faces.size()), kChunk), Found(),
+        [&](const tbb::blocked_range<std::uint32_t>& range, Found found) {
+          for (std::uint32_t face = range.begin(); face < range.end(); ++face) {
+            if (is_in_region(face)) found.push_back(face);
+          }
+          return found;
+        },
+        [](Found first, const Found& second) {
+          first.insert(first.end(), second.begin(), second.end());
+          return first;
+        });
+  }
+
+  [[nodiscard]] bool is_degenerate(std::size_t face) const {
+    const glm::uvec3 p = points_of(face);
+    return p.x == p.y || p.y == p.z || p.z == p.x || are_collinear(places_[p.x], places_[p.y], places_[p.z]);
+  }
+
+  // Lists the faces of the region that have an area, and numbers their points.
+  void number_region() {
+    std::vector<std::uint8_t> degenerate(region_.size(), 0);
+    in_parallel(region_.size(), [&](std::size_t i) { degenerate[i] = is_degenerate(region_[i]) ? 1 : 0; });
+    std::vector<std::uint32_t> number(places_.size(), kAbsent);
     local_points_.clear();
     triangles_.clear();
     faces_.clear();
     dropped_ = 0;
-    for (std::uint32_t face = 0; face < region_.size(); ++face) {
-      if (region_[face] == 0) continue;
-      if (degenerate[face] != 0) {
+    for (std::size_t i = 0; i < region_.size(); ++i) {
+      if (degenerate[i] != 0) {
         ++dropped_;
         continue;
       }
-      const glm::uvec3 points = points_of(face);
+      const glm::uvec3 points = points_of(region_[i]);
       std::array<std::uint32_t, 3> triangle{};
       for (int corner = 0; corner < 3; ++corner) {
         std::uint32_t& local = number[points[corner]];
@@ -361,26 +244,8 @@ class Step {
         triangle.at(static_cast<std::size_t>(corner)) = local;
       }
       triangles_.push_back(triangle);
-      faces_.push_back(face);
+      faces_.push_back(region_[i]);
     }
-  }
-
-  // Repairs the faces around dirty points. Returns false, unless these are all, if faces turn against each other.
-  bool repair_near(bool all) {
-    find_region();
-    {
-      const VertexFaces around(local_points_.size(), triangles_);
-      std::vector<std::uint32_t> suspects = vertices_without_one_fan(local_points_.size(), triangles_, around);
-      drop(duplicate_faces(triangles_, around, suspects));
-    }
-    const VertexFaces around(local_points_.size(), triangles_);
-    std::vector<std::uint32_t> suspects = vertices_without_one_fan(local_points_.size(), triangles_, around);
-    has_opposed_faces_ = lumatlas::has_opposed_faces(triangles_, around, suspects);
-    if (has_opposed_faces_ && !all) return false;
-    // A point at the rim of the region has not all of its faces there.
-    std::erase_if(suspects, [&](std::uint32_t local) { return dirty_[local_points_[local]] == 0; });
-    copies_ = orient_and_split(local_points_.size(), triangles_, around, suspects).copies;
-    return true;
   }
 
   // Drops these of the region's faces, ascending.
@@ -400,82 +265,253 @@ class Step {
     faces_.resize(kept);
   }
 
-  // Returns the vertex of the mesh before at a corner of a face that stays.
-  [[nodiscard]] std::uint32_t vertex_before(std::size_t face, int corner) const {
-    const FaceId before = face_before(face);
-    const VertexId position = position_before(soup_.faces[face][corner]);
-    const glm::uvec3& corners = before_.soup_faces[before];
-    int then = 0;
-    while (corners[then] != position) ++then;
-    return before_.mesh_corners[before][then];
+  // Returns the dirty points of the region whose faces do not form one fan. A point at its rim has not all of its faces
+  // there.
+  [[nodiscard]] std::vector<std::uint32_t> local_suspects(const VertexFaces& around) const {
+    std::vector<std::uint32_t> suspects = vertices_without_one_fan(local_points_.size(), triangles_, around);
+    std::erase_if(suspects, [&](std::uint32_t local) { return dirty_[local_points_[local]] == 0; });
+    return suspects;
   }
 
-  GrownMesh compose(State& after) const {
-    GrownMesh result;
-    Mesh& mesh = result.mesh;
-    std::vector<std::uint32_t> of_vertex_before(before_.mesh_vertices, kAbsent);
-    std::vector<std::uint32_t> of_local(local_points_.size() + copies_.size(), kAbsent);
-    const auto number = [&](std::uint32_t& known, std::uint32_t position) {
-      if (known == kAbsent) {
-        known = static_cast<std::uint32_t>(mesh.positions.size());
-        mesh.positions.push_back(points_.places[position]);
-      }
-      return known;
-    };
-    after.mesh_face.assign(soup_.faces.size(), FaceId::none);
-    after.mesh_corners.assign(soup_.faces.size(), glm::uvec3(kAbsent));
-    mesh.positions.reserve(points_.place_of.size());
-    mesh.faces.reserve(soup_.faces.size());
-    result.previous_face.reserve(soup_.faces.size());
-    std::size_t repaired = 0;
-    for (std::uint32_t face = 0; face < soup_.faces.size(); ++face) {
-      const FaceId before = face_before(face);
-      const FaceId mesh_face_before = before == FaceId::none ? FaceId::none : before_.mesh_face[before];
-      glm::uvec3 corners;
-      if (region_[face] != 0) {
-        if (repaired == faces_.size() || faces_[repaired] != face) continue;
-        for (int corner = 0; corner < 3; ++corner) {
-          const std::uint32_t local = triangles_[repaired][static_cast<std::size_t>(corner)];
-          const std::uint32_t point =
-              local_points_[local < local_points_.size() ? local : copies_[local - local_points_.size()]];
-          std::uint32_t& known = dirty_[point] != 0 ? of_local[local] : of_vertex_before[vertex_before(face, corner)];
-          corners[corner] = number(known, points_.place_of[point]);
-        }
-        ++repaired;
-      } else {
-        if (mesh_face_before == FaceId::none) continue;
-        for (int corner = 0; corner < 3; ++corner) {
-          corners[corner] = number(of_vertex_before[vertex_before(face, corner)], soup_.faces[face][corner]);
-        }
-      }
-      after.mesh_face[face] = FaceId(static_cast<std::uint32_t>(mesh.faces.size()));
-      after.mesh_corners[face] = corners;
-      mesh.faces.push_back(corners);
-      result.previous_face.push_back(mesh_face_before);
+  // Around points that are not dirty nothing has changed.
+  void find_suspects() {
+    suspects_.clear();
+    for (const VertexId before : before_.suspects) {
+      const VertexId point = point_now(before);
+      if (point != VertexId::none && dirty_[point] == 0) suspects_.push_back(point);
     }
-    after.soup_faces = soup_.faces;
-    after.point_of_position = points_.of_position;
-    after.points = points_.place_of.size();
-    after.mesh_vertices = mesh.positions.size();
-    after.has_opposed_faces = has_opposed_faces_;
-    return result;
+    const VertexFaces around(local_points_.size(), triangles_);
+    for (const std::uint32_t local : local_suspects(around)) suspects_.emplace_back(local_points_[local]);
+  }
+
+  // Finds which faces are turned round. That depends on all.
+  void find_turned_faces() {
+    if (suspects_.empty()) return;
+    TriangleList all(soup_.faces.size(), kNoTriangle);
+    tbb::parallel_for(std::size_t{0}, chunks(), [&](std::size_t chunk) {
+      for_faces_of(chunk, [&](const FaceOfMesh& face) {
+        const glm::uvec3 points = points_of(face.face);
+        all[face.face] = {points.x, points.y, points.z};
+      });
+    });
+    turned_ = faces_to_turn(places_.size(), all, {suspects_.begin(), suspects_.end()});
+  }
+
+  // Marks the points of faces that stay and are turned round now or were before, not both. Returns whether there are
+  // some that were not dirty.
+  bool mark_other_turns() {
+    bool found = false;
+    const auto mark = [&](std::uint32_t point) {
+      if (point != kAbsent) found = std::exchange(dirty_[point], std::uint8_t{1}) == 0 || found;
+    };
+    std::vector<std::uint32_t> stay;  // faces before
+    for (const std::uint32_t face : turned_) {
+      if (kept_.before[face] != FaceId::none) stay.push_back(kept_.before[face]);
+      if (std::binary_search(before_.turned.begin(), before_.turned.end(), kept_.before[face])) continue;
+      const glm::uvec3 points = points_of(face);
+      for (int corner = 0; corner < 3; ++corner) mark(points[corner]);
+    }
+    std::sort(stay.begin(), stay.end());
+    for (const std::uint32_t face : before_.turned) {
+      if (std::binary_search(stay.begin(), stay.end(), face)) continue;
+      for (int corner = 0; corner < 3; ++corner) mark(point_now(before_.soup_faces[face][corner]));
+    }
+    return found;
+  }
+
+  void turn_and_split() {
+    const VertexFaces around(local_points_.size(), triangles_);
+    const std::vector<std::uint32_t> suspects = local_suspects(around);
+    for (std::size_t i = 0; i < faces_.size(); ++i) {
+      if (is_turned(faces_[i])) std::reverse(triangles_[i].begin(), triangles_[i].end());
+    }
+    copies_ = split_vertices(local_points_.size(), triangles_, around, suspects).copies;
+  }
+
+  [[nodiscard]] bool is_turned(std::uint32_t face) const {
+    return std::binary_search(turned_.begin(), turned_.end(), face);
+  }
+  [[nodiscard]] std::uint32_t point_of_local(std::uint32_t local) const {
+    return local_points_[local < local_points_.size() ? local : copies_[local - local_points_.size()]];
+  }
+  // Returns the face of the mesh before that a face of the soup was, or none.
+  [[nodiscard]] FaceId mesh_face_before(std::size_t face) const {
+    return kept_.before[face] == FaceId::none ? FaceId::none : before_.mesh_face[kept_.before[face]];
+  }
+  // Returns which corner of the mesh's face before a corner of the mesh's face is, where a face stays. One that is
+  // turned round has its corners in the opposite order of the soup's.
+  [[nodiscard]] int corner_before(std::uint32_t face, int corner) const {
+    const int turn = kept_.first_corner.empty() ? 0 : kept_.first_corner[face];
+    if (turn == 0) return corner;
+    return is_turned(face) ? 2 - (2 - corner + turn) % 3 : (corner + turn) % 3;
+  }
+  [[nodiscard]] bool was_first_use(std::uint32_t face, int corner) const {
+    return (before_.first_uses[mesh_face_before(face)] >> corner_before(face, corner) & 1) != 0;
+  }
+  [[nodiscard]] std::uint32_t vertex_before(std::uint32_t face, int corner) const {
+    return before_.mesh_faces[mesh_face_before(face)][corner_before(face, corner)];
+  }
+
+  // Finds at which corners of the region's faces a vertex is used first. Where it is used first at other points does
+  // not change: their faces are those that they had, in their order.
+  void find_first_uses() {
+    std::vector<std::uint8_t> used(local_points_.size() + copies_.size(), 0);
+    first_uses_.assign(faces_.size(), 0);
+    for (std::size_t i = 0; i < faces_.size(); ++i) {
+      for (int corner = 0; corner < 3; ++corner) {
+        const std::uint32_t local = triangles_[i][static_cast<std::size_t>(corner)];
+        const bool first = dirty_[point_of_local(local)] != 0 ? std::exchange(used[local], std::uint8_t{1}) == 0
+                                                              : was_first_use(faces_[i], corner);
+        first_uses_[i] |= static_cast<std::uint8_t>((first ? 1 : 0) << corner);
+      }
+    }
+  }
+
+  // A face of the soup that the mesh has.
+  struct FaceOfMesh {
+    std::uint32_t face;
+    std::uint32_t i;  // its place in faces_; kAbsent: it is not there
+    bool is_turned;
+  };
+
+  [[nodiscard]] std::size_t chunks() const { return (soup_.faces.size() + kChunk - 1) / kChunk; }
+
+  // Calls the function with each face of a chunk of the soup that the mesh has.
+  template <typename Visit>
+  void for_faces_of(std::size_t chunk, const Visit& visit) const {
+    const auto begin = static_cast<std::uint32_t>(chunk * kChunk);
+    const auto end = static_cast<std::uint32_t>(std::min(soup_.faces.size(), (chunk + 1) * kChunk));
+    const auto from = [&](const std::vector<std::uint32_t>& faces) {
+      return std::pair(std::lower_bound(faces.begin(), faces.end(), begin), faces.end());
+    };
+    auto [region, region_end] = from(region_);
+    auto [repaired, repaired_end] = from(faces_);
+    auto [turned, turned_end] = from(turned_);
+    for (std::uint32_t face = begin; face < end; ++face) {
+      const bool is_in_region = region != region_end && *region == face;
+      const bool is_repaired = repaired != repaired_end && *repaired == face;
+      const bool is_turned = turned != turned_end && *turned == face;
+      if (is_repaired) {
+        visit(FaceOfMesh{face, static_cast<std::uint32_t>(repaired - faces_.begin()), is_turned});
+      } else if (!is_in_region && mesh_face_before(face) != FaceId::none) {
+        visit(FaceOfMesh{face, kAbsent, is_turned});
+      }
+      if (is_in_region) ++region;
+      if (is_repaired) ++repaired;
+      if (is_turned) ++turned;
+    }
+  }
+
+  [[nodiscard]] std::uint8_t first_uses(const FaceOfMesh& face) const {
+    if (face.i != kAbsent) return first_uses_[face.i];
+    if (kept_.first_corner.empty()) return before_.first_uses[mesh_face_before(face.face)];
+    std::uint8_t uses = 0;
+    for (int corner = 0; corner < 3; ++corner) {
+      uses |= static_cast<std::uint8_t>((was_first_use(face.face, corner) ? 1 : 0) << corner);
+    }
+    return uses;
+  }
+
+  struct Numbers {
+    std::vector<std::uint32_t> of_vertex_before, of_local;
+  };
+  [[nodiscard]] std::uint32_t& number_of(Numbers& numbers, const FaceOfMesh& face, int corner) const {
+    if (face.i != kAbsent) {
+      const std::uint32_t local = triangles_[face.i][static_cast<std::size_t>(corner)];
+      if (dirty_[point_of_local(local)] != 0) return numbers.of_local[local];
+    }
+    return numbers.of_vertex_before[vertex_before(face.face, corner)];
+  }
+
+  [[nodiscard]] const glm::vec3& place_of(const FaceOfMesh& face, int corner) const {
+    return places_[soup_.faces[face.face][face.is_turned ? 2 - corner : corner]];
+  }
+
+  // Faces and vertices of the mesh before each chunk, and at the end all.
+  struct ChunkBegin {
+    std::uint32_t face = 0, vertex = 0;
+  };
+  [[nodiscard]] std::vector<ChunkBegin> chunk_begins() const {
+    std::vector<ChunkBegin> begins(chunks() + 1);
+    tbb::parallel_for(std::size_t{0}, chunks(), [&](std::size_t chunk) {
+      ChunkBegin count;
+      for_faces_of(chunk, [&](const FaceOfMesh& face) {
+        ++count.face;
+        count.vertex += static_cast<std::uint32_t>(std::popcount(first_uses(face)));
+      });
+      begins[chunk + 1] = count;
+    });
+    for (std::size_t chunk = 1; chunk < begins.size(); ++chunk) {
+      begins[chunk].face += begins[chunk - 1].face;
+      begins[chunk].vertex += begins[chunk - 1].vertex;
+    }
+    return begins;
+  }
+
+  // Numbers a chunk's faces of the mesh, and the vertices that they use first.
+  void number_chunk(std::size_t chunk, ChunkBegin next, Numbers& numbers, GrownMesh& made, State& after) const {
+    for_faces_of(chunk, [&](const FaceOfMesh& face) {
+      const std::uint8_t uses = first_uses(face);
+      for (int corner = 0; corner < 3; ++corner) {
+        if ((uses >> corner & 1) == 0) continue;
+        number_of(numbers, face, corner) = next.vertex;
+        made.mesh.positions[next.vertex++] = place_of(face, corner);
+      }
+      made.previous_face[next.face] = mesh_face_before(face.face);
+      after.first_uses[next.face] = uses;
+      after.mesh_face[face.face] = FaceId(next.face++);
+    });
+  }
+
+  // Vertices are numbered as the faces use them first. Where a point is not dirty, the face that used it first before
+  // is the first now. So the numbers with which a chunk begins are found by counting, and chunks are filled at once.
+  GrownMesh compose(State& after) {
+    const std::vector<ChunkBegin> begins = chunk_begins();
+    GrownMesh made;
+    made.mesh.positions.resize(begins.back().vertex);
+    made.mesh.faces.resize(begins.back().face);
+    made.previous_face.resize(begins.back().face);
+    after.mesh_face.assign(soup_.faces.size(), FaceId::none);
+    after.first_uses.resize(begins.back().face);
+    Numbers numbers{std::vector<std::uint32_t>(before_.mesh_vertices, kAbsent),
+                    std::vector<std::uint32_t>(local_points_.size() + copies_.size(), kAbsent)};
+    tbb::parallel_for(std::size_t{0}, chunks(),
+                      [&](std::size_t chunk) { number_chunk(chunk, begins[chunk], numbers, made, after); });
+    tbb::parallel_for(std::size_t{0}, chunks(), [&](std::size_t chunk) {
+      std::uint32_t next = begins[chunk].face;
+      for_faces_of(chunk, [&](const FaceOfMesh& face) {
+        glm::uvec3& corners = made.mesh.faces[next++];
+        for (int corner = 0; corner < 3; ++corner) corners[corner] = number_of(numbers, face, corner);
+      });
+    });
+    after.mesh_faces = made.mesh.faces;
+    after.mesh_vertices = made.mesh.positions.size();
+    after.soup_faces = std::move(soup_.faces);
+    after.point = std::move(point_);
+    after.suspects = std::move(suspects_);
+    after.turned = std::move(turned_);
+    return made;
   }
 
   const State& before_;
-  const GrownSoup& grown_;
-  const TriangleSoup& soup_;
-  std::vector<FaceId> faces_before_;  // empty: none was there
-  Points points_;
-  std::vector<std::uint32_t> point_now_;  // by point before; kAbsent: it has gone
-  std::vector<std::uint8_t> dirty_;       // by point
+  TriangleSoup& soup_;
+  const std::vector<VertexId>& previous_position_;  // empty: none was there
+  std::vector<VertexId> position_now_;              // by position before
+  KeptFaces kept_;
+  std::vector<glm::vec3> places_;  // of the positions
+  PointOfPosition point_;
+  std::unordered_map<std::uint32_t, VertexId> heirs_;  // see JoinedPositions
+  std::vector<std::uint8_t> dirty_;                    // by point
   // The region, which is all faces around dirty points.
-  std::vector<std::uint8_t> region_;         // by face of the soup
+  std::vector<std::uint32_t> region_;        // faces of the soup, ascending
   std::vector<std::uint32_t> local_points_;  // that its faces have
   TriangleList triangles_;                   // of numbers of these, and of their copies
   std::vector<std::uint32_t> faces_;         // of the soup, which the triangles are
+  std::vector<std::uint8_t> first_uses_;     // by triangle, as State has them
   std::size_t dropped_ = 0;                  // faces of the region
   std::vector<std::uint32_t> copies_;
-  bool has_opposed_faces_ = false;
+  std::vector<VertexId> suspects_;     // as State has them
+  std::vector<std::uint32_t> turned_;  // as State has them
 };
 
 }  // namespace
@@ -484,11 +520,10 @@ GrowingRepair::GrowingRepair() : state_(std::make_unique<State>()) {}
 
 GrowingRepair::~GrowingRepair() = default;
 
-GrownMesh GrowingRepair::next(const GrownSoup& grown) {
+GrownMesh GrowingRepair::next(GrownSoup grown) {
   check_soup(grown.soup);
-  check_previous_positions(grown.previous_position, grown.soup.positions.size(), state_->point_of_position.size());
   auto after = std::make_unique<State>();
-  GrownMesh result = Step<State>(*state_, grown).run(*after);
+  GrownMesh result = RepairStep<State>(*state_, grown).run(*after);
   if (result.mesh.faces.empty()) throw InputError("the mesh has no usable face");
   state_ = std::move(after);
   return result;

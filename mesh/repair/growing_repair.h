@@ -22,6 +22,9 @@ struct GrownSoup {
   // No two name the same. Empty: all are new. A face whose corners were those of a face before, in the same turn, is
   // that face.
   std::vector<VertexId> previous_position;
+  // For each face the one before that it was, with the same corners in the same order; FaceId::none: it is new, or its
+  // maker has not looked. Ascending without those. Empty: its maker has looked at none. Saves the search for it.
+  std::vector<FaceId> previous_face = {};
 };
 
 // A version of the repaired mesh.
@@ -37,16 +40,17 @@ class GrowingRepair {
   GrowingRepair(const GrowingRepair&) = delete;
   GrowingRepair& operator=(const GrowingRepair&) = delete;
 
-  // Returns what repair() makes of the soup without an offset, except for the order of the vertices.
-  // `previous_position` refers to the soup of the last call that returned. Time: that of repair() for the faces around
+  // Returns what repair() makes of the soup without an offset, except for the order of the vertices: they come in the
+  // order in which faces use them first. The mesh follows from the soup alone, to the bit. `previous_position` and
+  // `previous_face` refer to the soup of the last call that returned. Time: that of repair() for the faces around
   // positions at which a face came or went, and a small share of that for all others. That of repair() for all faces
   // where faces turn against each other, as a soup of several scans may have them, because which of them are turned
   // round depends on all; and where faces that stay have changed their order, because of faces between the same three
   // points the first one is kept. Throws InputError if no face is left, and std::invalid_argument for a soup with
   // colours, with a face that refers to no position, or with more than 5e8 faces or positions, and unless
-  // `previous_position` is empty or has one entry per position, each a position that was there. This stays as it was
-  // then.
-  [[nodiscard]] GrownMesh next(const GrownSoup& grown);
+  // `previous_position` is empty or has one entry per position, each a position that was there, and `previous_face` is
+  // as described. This stays as it was then.
+  [[nodiscard]] GrownMesh next(GrownSoup grown);
   // Returns how many faces the last call looked at again.
   [[nodiscard]] std::size_t faces_repaired() const;
 

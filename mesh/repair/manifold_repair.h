@@ -24,17 +24,22 @@ using TriangleList = std::vector<std::array<std::uint32_t, 3>>;
 [[nodiscard]] std::vector<std::uint32_t> duplicate_faces(const TriangleList& faces, const VertexFaces& around,
                                                          const std::vector<std::uint32_t>& suspects);
 
-// Returns whether two faces that have an edge for themselves turn against each other.
-[[nodiscard]] bool has_opposed_faces(const TriangleList& faces, const VertexFaces& around,
-                                     const std::vector<std::uint32_t>& suspects);
+struct SplitVertices {
+  std::uint64_t vertices = 0;  // that got copies
+  // The vertices that the new numbers stand for, which the faces refer to after those that were there: of each split
+  // vertex one for each of its fans but the first.
+  std::vector<std::uint32_t> copies;
+};
+
+// Gives each fan of faces around a suspect a vertex of its own.
+[[nodiscard]] SplitVertices split_vertices(std::size_t vertices, TriangleList& faces, const VertexFaces& around,
+                                           const std::vector<std::uint32_t>& suspects);
 
 struct OrientedFaces {
   std::uint64_t non_manifold_edges = 0;  // with three faces or more
   std::uint64_t reversed_faces = 0;      // turned round to agree with their neighbours
   std::uint64_t split_vertices = 0;      // that got copies
-  // The vertices that the new numbers stand for, which the faces refer to after those that were there: of each split
-  // vertex one for each of its fans but the first.
-  std::vector<std::uint32_t> copies;
+  std::vector<std::uint32_t> copies;     // see SplitVertices
 };
 
 // Turns round the faces that turn against most of their connected component, whose first face decides where both are as

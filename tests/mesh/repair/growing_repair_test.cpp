@@ -9,6 +9,7 @@
 #include <glm/vec3.hpp>
 #include <limits>
 #include <map>
+#include <optional>
 #include <random>
 #include <string>
 #include <utility>
@@ -92,9 +93,11 @@ class ChangingSoup {
     std::erase_if(positions_, [&](const Position& position) { return !is_used(position) && below(3) == 0; });
   }
 
-  // Returns the soup as it is, and where its parts were in the one returned before.
-  GrownSoup version() {
+  // Returns the soup as it is, and where its parts were in the one returned before. With `names_faces`, some of the
+  // faces that stayed are named, and begin with the corner that they began with.
+  GrownSoup version(bool names_faces = false) {
     GrownSoup grown;
+    std::uint32_t next = 0;  // face before that may be named
     std::map<std::uint32_t, std::uint32_t> positions_now;
     for (const Position& position : positions_) {
       positions_now.emplace(position.number, static_cast<std::uint32_t>(grown.soup.positions.size()));
@@ -102,8 +105,13 @@ class ChangingSoup {
       const auto before = positions_before_.find(position.number);
       grown.previous_position.push_back(before == positions_before_.end() ? VertexId::none : VertexId(before->second));
     }
-    for (const Face& face : faces_) {
-      const auto turn = static_cast<std::size_t>(below(3));
+    for (Face& face : faces_) {
+      const bool is_named = names_faces && face.before && *face.before >= next && below(8) != 0;
+      if (names_faces) grown.previous_face.push_back(is_named ? FaceId(*face.before) : FaceId::none);
+      if (is_named) next = *face.before + 1;
+      const auto turn = is_named ? face.turn : static_cast<std::size_t>(below(3));
+      face.before = static_cast<std::uint32_t>(grown.soup.faces.size());
+      face.turn = turn;
       grown.soup.faces.emplace_back(positions_now.at(face.corners.at(turn)),
                                     positions_now.at(face.corners.at((turn + 1) % 3)),
                                     positions_now.at(face.corners.at((turn + 2) % 3)));
@@ -118,7 +126,9 @@ class ChangingSoup {
     glm::dvec3 place;
   };
   struct Face {
-    std::array<std::uint32_t, 3> corners;  // numbers of positions
+    std::array<std::uint32_t, 3> corners;      // numbers of positions
+    std::optional<std::uint32_t> before = {};  // its number in the version before
+    std::size_t turn = 0;                      // the corner that it began with there
   };
 
   int below(int end) { return std::uniform_int_distribution<int>(0, end - 1)(random_); }
@@ -142,12 +152,15 @@ class ChangingSoup {
 };
 
 // Compares each version with the repair of its soup, and previous faces with what they were.
-void check_versions(ChangingSoup& soup, int versions, int changes) {
+void check_versions(ChangingSoup& soup, int versions, int changes, bool names_faces) {
   GrowingRepair repair_of_all;
   Mesh before;
   for (int i = 0; i < versions; ++i) {
-    const GrownSoup grown = soup.version();
+    const GrownSoup grown = soup.version(names_faces);
     const GrownMesh made = repair_of_all.next(grown);
+    const Mesh at_once = GrowingRepair().next({grown.soup, {}}).mesh;
+    REQUIRE(made.mesh.faces == at_once.faces);
+    REQUIRE(made.mesh.positions == at_once.positions);
     const Mesh whole = repair(grown.soup, glm::dvec3(0)).mesh;
     REQUIRE(made.mesh.positions.size() == whole.positions.size());
     REQUIRE(form_of(made.mesh) == form_of(whole));
@@ -169,16 +182,75 @@ void check_versions(ChangingSoup& soup, int versions, int changes) {
 
 TEST_CASE("a soup that changes at random is repaired as if it were whole, version by version") {
   const auto seed = static_cast<std::uint32_t>(GENERATE(range(0, 40)));
-  CAPTURE(seed);
+  const bool names_faces = GENERATE(false, true);
+  CAPTURE(seed, names_faces);
   ChangingSoup soup(seed);
-  check_versions(soup, 12, 2);
+  check_versions(soup, 12, 2, names_faces);
 }
 
 TEST_CASE("faces that are put anywhere on a sheet, and taken from it, leave it as the repair of all does") {
   const auto seed = static_cast<std::uint32_t>(GENERATE(range(0, 10)));
-  CAPTURE(seed);
-  ChangingSoup soup(seed, 7);
-  check_versions(soup, 10, 1);
+  const int side = GENERATE(7, 20);
+  const bool names_faces = GENERATE(false, true);
+  CAPTURE(seed, side, names_faces);
+  ChangingSoup soup(seed, side);
+  check_versions(soup, 10, 1, names_faces);
+}
+
+// Two sheets of squares side by side, the second of fewer, whose faces turn against those of the first.
+GrownSoup opposed_sheets(std::uint32_t first, std::uint32_t second) {
+  GrownSoup grown;
+  const std::uint32_t columns = first + second;
+  for (std::uint32_t i = 0; i < 2 * (columns + 1); ++i) grown.soup.positions.emplace_back(i / 2, i % 2, 0);
+  for (std::uint32_t column = 0; column < columns; ++column) {
+    const std::uint32_t a = 2 * column;
+    glm::uvec3 low(a, a + 2, a + 3), high(a, a + 3, a + 1);
+    if (column >= first) {
+      std::swap(low.y, low.z);
+      std::swap(high.y, high.z);
+    }
+    grown.soup.faces.push_back(low);
+    grown.soup.faces.push_back(high);
+  }
+  return grown;
+}
+
+TEST_CASE("faces far from a change are turned round as soon as those that turn against them are more, and back") {
+  GrowingRepair growing;
+  std::uint32_t positions_before = 0;
+  std::size_t faces_before = 0;
+  for (const std::uint32_t second : {90U, 99U, 101U, 130U, 100U, 60U, 140U}) {
+    CAPTURE(second);
+    GrownSoup grown = opposed_sheets(100, second);
+    const auto positions = static_cast<std::uint32_t>(grown.soup.positions.size());
+    for (std::uint32_t i = 0; positions_before > 0 && i < positions; ++i) {
+      grown.previous_position.push_back(i < positions_before ? VertexId(i) : VertexId::none);
+    }
+    const std::size_t faces = grown.soup.faces.size();
+    for (std::uint32_t i = 0; faces_before > 0 && i < faces; ++i) {
+      grown.previous_face.push_back(i < faces_before ? FaceId(i) : FaceId::none);
+    }
+    positions_before = positions;
+    faces_before = faces;
+    const Mesh made = growing.next(grown).mesh;
+    CHECK(form_of(made) == form_of(repair(grown.soup, glm::dvec3(0)).mesh));
+    const Mesh at_once = GrowingRepair().next({grown.soup, {}}).mesh;
+    CHECK(made.faces == at_once.faces);
+    CHECK(made.positions == at_once.positions);
+  }
+}
+
+TEST_CASE("where faces turn against each other, only those around a change are repaired again") {
+  GrowingRepair growing;
+  GrownSoup grown = opposed_sheets(1000, 100);
+  (void)growing.next(grown);
+  for (std::uint32_t i = 0; i < grown.soup.positions.size(); ++i) grown.previous_position.emplace_back(i);
+  (void)growing.next(grown);
+  CHECK(growing.faces_repaired() == 0);
+  grown.soup.faces.erase(grown.soup.faces.begin() + 20);
+  CHECK(form_of(growing.next(grown).mesh) == form_of(repair(grown.soup, glm::dvec3(0)).mesh));
+  CHECK(growing.faces_repaired() > 0);
+  CHECK(growing.faces_repaired() < 20);
 }
 
 TEST_CASE("of faces between the same points the first one is kept, also after their order has changed") {
@@ -263,6 +335,23 @@ TEST_CASE("a growing repair refuses lists that do not fit, and goes on from the 
   bad = good;
   bad.soup.faces[2].y = 16;
   refuses(bad, "face 2 refers to no position");
+  const auto names = [&](std::vector<FaceId> faces, const std::string& why) {
+    bad = good;
+    faces.resize(good.soup.faces.size());
+    bad.previous_face = std::move(faces);
+    refuses(bad, why);
+  };
+  names({FaceId(18)}, "previous_face names 18 of 18");
+  names({FaceId(3), FaceId(2)}, "previous_face names 2 after 3");
+  names({FaceId(3), FaceId(3)}, "previous_face names 3 after 3");
+  names({FaceId(3)}, "previous_face names 3 at face 0, which has other corners");
+  bad = good;
+  bad.previous_face.resize(3);
+  refuses(bad, "previous_face has 3 entries, must be empty or have 18");
+  bad.previous_position.clear();
+  bad.previous_face.assign(18, FaceId::none);
+  bad.previous_face[7] = 7;
+  refuses(bad, "previous_face names 7, whose positions are all new");
   bad = GrownSoup{};
   CHECK_THROWS_AS(growing.next(bad), InputError);
   CHECK(form_of(growing.next(good).mesh) == form_of(first.mesh));
