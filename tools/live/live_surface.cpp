@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "tools/live/live_surface.h"
 
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -17,7 +20,6 @@
 #include "mesh/cells/cell_growth.h"
 #include "mesh/cells/split_faces.h"
 #include "tools/live/kept_depths.h"
-#include "tools/meshing/cut/small_pieces.h"
 #include "tools/meshing/depth/scene_depth.h"
 
 namespace lumatlas {
@@ -73,7 +75,9 @@ DepthImage in_grid(const Camera& camera, const RoundedDepth& depth) {
 
 void turn_to_scene(TriangleSoup& soup) {
   const glm::dmat3 scene_from_grid = glm::transpose(grid_from_scene());
-  for (glm::dvec3& position : soup.positions) position = scene_from_grid * position;
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, soup.positions.size(), 1 << 14), [&](const auto& range) {
+    for (std::size_t i = range.begin(); i < range.end(); ++i) soup.positions[i] = scene_from_grid * soup.positions[i];
+  });
 }
 
 // Appends for each position of a piece that replaced another the one there at the same place, one to one.
@@ -291,7 +295,7 @@ GrownMesh LiveSurface::joined_mesh(bool follows, GrowingTimes& times) {
   if (!follows) grown.previous_position.clear();
   times.cutting = lap_ms(start);
   GrownMesh made = of_pieces([&] {
-    GrownMesh whole = repair_.next(grown);
+    GrownMesh whole = repair_.next(std::move(grown));
     refuse_too_large(whole.mesh);
     Mesh split = split_large_faces(whole.mesh, options_.cell_size);
     const bool has_splits = split.faces.size() != whole.mesh.faces.size();
@@ -315,13 +319,15 @@ void LiveSurface::refuse_too_large(const Mesh& mesh) const {
 
 std::optional<GrownMesh> LiveSurface::fused_mesh(GrowingFusion::Show show, bool follows, GrowingTimes& times) {
   auto start = std::chrono::steady_clock::now();
-  GrownSoup grown = fusion_->grown_surface(show);
-  if (!follows) grown.previous_position.clear();
-  (void)remove_small_pieces(grown.soup, kFewestFaces);
+  GrownSoup grown = fusion_->grown_surface(show, kFewestFaces);
+  if (!follows) {
+    grown.previous_position.clear();
+    grown.previous_face.clear();
+  }
   if (grown.soup.faces.empty()) return std::nullopt;
   turn_to_scene(grown.soup);
   times.cutting = lap_ms(start);
-  GrownMesh made = repair_.next(grown);
+  GrownMesh made = repair_.next(std::move(grown));
   if (!follows) made.previous_face.clear();
   times.repairing = lap_ms(start);
   return made;

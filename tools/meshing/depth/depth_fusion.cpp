@@ -117,8 +117,7 @@ FusedSurface fused(std::size_t count, const DepthSource& image, const FusionOpti
   });
   std::vector<std::uint32_t> order(index.size());
   std::iota(order.begin(), order.end(), 0U);
-  std::vector<BlockVertices> vertices(index.size());
-  result.surface = surface_of(index, voxels, order, fitting, vertices);
+  result.surface = surface_of(index, voxels, order, fitting);
   return result;
 }
 

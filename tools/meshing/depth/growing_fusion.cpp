@@ -12,6 +12,7 @@
 #include <utility>
 #include <vector>
 
+#include "tools/meshing/depth/block_pieces.h"
 #include "tools/meshing/depth/block_update.h"
 #include "tools/meshing/depth/fusion_blocks.h"
 #include "tools/meshing/depth/surface_nets.h"
@@ -38,6 +39,19 @@ using SummedVoxels = std::array<SummedVoxel, kBlockVoxels>;
 // that it was shown with.
 constexpr std::uint64_t kShownAnew = 1;
 
+// A block's part of a surface.
+struct BlockInSurface {
+  std::uint32_t first_vertex = kNoBlock;  // kNoBlock: the block was not there
+  std::uint32_t first_face = 0;
+  std::vector<std::uint16_t> small;  // the block's pieces that the surface has not, see small_pieces()
+};
+
+// What was cut anew for a surface, by block.
+struct CutAnew {
+  std::vector<std::uint8_t> vertices, faces;  // 1: they were found anew
+  std::vector<BlockSurface> vertices_before;  // empty where they stay
+};
+
 }  // namespace
 
 struct GrowingFusion::State {
@@ -49,8 +63,9 @@ struct GrowingFusion::State {
     weight.resize(blocks.size(), 0);
     shown_weight.resize(blocks.size(), 0);
     lost.resize(blocks.size(), 0);
-    vertices.resize(blocks.size());
-    first_vertex.resize(blocks.size(), kNoBlock);
+    surfaces.resize(blocks.size());
+    pieces.resize(blocks.size());
+    last.resize(blocks.size());
   }
 
   // Adds an image to a block, or with a `sign` of -1 takes it out.
@@ -80,13 +95,14 @@ struct GrowingFusion::State {
   void forget_vertices(std::uint32_t block) {
     for (int corner = 0; corner < 8; ++corner) {
       const std::uint32_t before = blocks.find(blocks[block] - ivec3(corner & 1, (corner >> 1) & 1, corner >> 2));
-      if (before != kNoBlock) vertices[before].is_cut = false;
+      if (before != kNoBlock) surfaces[before].is_cut = false;
     }
   }
 
   // The block that was last gets its number.
   void drop(std::uint32_t block) {
     forget_vertices(block);
+    for_blocks_with_corners_in(blocks, blocks[block], [&](std::uint32_t user) { surfaces[user].has_faces = false; });
     blocks.remove(block);
     const auto drop_of = [&](auto& of_block) {
       if (block + 1 < of_block.size()) of_block[block] = std::move(of_block.back());
@@ -97,8 +113,9 @@ struct GrowingFusion::State {
     drop_of(weight);
     drop_of(shown_weight);
     drop_of(lost);
-    drop_of(vertices);
-    drop_of(first_vertex);
+    drop_of(surfaces);
+    drop_of(pieces);
+    drop_of(last);
   }
 
   // Shows anew what has changed, or everything, and returns the blocks in the order in which the surface has them.
@@ -115,34 +132,108 @@ struct GrowingFusion::State {
     return order;
   }
 
-  // Takes the vertices of the last surface out of the blocks that are cut anew; empty of the others.
-  std::vector<BlockVertices> take_outdated() {
-    std::vector<BlockVertices> outdated(blocks.size());
+  // Cuts what is outdated, and notes the pieces of the faces that were found.
+  CutAnew cut() {
+    CutAnew anew;
+    anew.vertices.resize(blocks.size());
+    anew.vertices_before.resize(blocks.size());
     for (std::uint32_t block = 0; block < blocks.size(); ++block) {
-      if (!vertices[block].is_cut && first_vertex[block] != kNoBlock) std::swap(outdated[block], vertices[block]);
+      if (surfaces[block].is_cut) continue;
+      anew.vertices[block] = 1;
+      std::swap(anew.vertices_before[block], surfaces[block]);
     }
-    return outdated;
+    anew.faces = cut_surfaces(blocks, shown, options, surfaces);
+    tbb::parallel_for(std::size_t{0}, blocks.size(), [&](std::size_t block) {
+      if (anew.faces[block] != 0) pieces[block] = pieces_in(surfaces[block]);
+    });
+    return anew;
   }
 
-  // Appends the previous positions of a block's vertices.
-  void append_previous(std::uint32_t block, bool was_cut_anew, const BlockVertices& before,
-                       std::vector<VertexId>& previous) const {
-    const BlockVertices& now = vertices[block];
-    const std::uint32_t first = first_vertex[block];
-    std::size_t then = 0;
-    for (std::size_t i = 0; i < now.cells.size(); ++i) {
-      VertexId same;
-      if (first != kNoBlock && !was_cut_anew) {
-        same = VertexId(first + static_cast<std::uint32_t>(i));
-      } else {
-        while (then < before.cells.size() && before.cells[then] < now.cells[i]) ++then;
-        if (then < before.cells.size() && before.cells[then] == now.cells[i] &&
-            before.positions[then] == now.positions[i]) {
-          same = VertexId(first + static_cast<std::uint32_t>(then));
-        }
-      }
-      previous.push_back(same);
+  // Returns where each block's vertices and faces begin in a surface without the faces of small pieces.
+  [[nodiscard]] std::vector<BlockInSurface> begins(const std::vector<std::uint32_t>& order,
+                                                   const std::vector<std::uint32_t>& first_vertex,
+                                                   std::vector<std::vector<std::uint16_t>> small,
+                                                   std::size_t& count) const {
+    std::vector<BlockInSurface> begins(blocks.size());
+    count = 0;
+    for (const std::uint32_t block : order) {
+      begins[block] = {first_vertex[block], static_cast<std::uint32_t>(count), std::move(small[block])};
+      count += surfaces[block].faces.size();
+      for (const std::uint16_t piece : begins[block].small) count -= pieces[block].pieces[piece].faces;
     }
+    return begins;
+  }
+
+  // Copies a block's vertices to a surface, and finds which ones they were.
+  void copy_vertices(std::uint32_t block, const CutAnew& anew, const BlockInSurface& was, const BlockInSurface& begin,
+                     GrownSoup& grown) const {
+    const BlockSurface& now = surfaces[block];
+    const BlockSurface& before = anew.vertices_before[block];
+    std::copy(now.positions.begin(), now.positions.end(),
+              grown.soup.positions.begin() + static_cast<std::ptrdiff_t>(begin.first_vertex));
+    const std::uint32_t first = was.first_vertex;
+    if (first == kNoBlock) return;
+    std::uint32_t then = 0;
+    for (std::size_t i = 0; i < now.cells.size(); ++i) {
+      VertexId& previous = grown.previous_position[begin.first_vertex + i];
+      if (anew.vertices[block] == 0) {
+        previous = VertexId(first + static_cast<std::uint32_t>(i));
+        continue;
+      }
+      while (then < before.cells.size() && before.cells[then] < now.cells[i]) ++then;
+      if (then < before.cells.size() && before.cells[then] == now.cells[i] &&
+          before.positions[then] == now.positions[i]) {
+        previous = VertexId(first + then);
+      }
+    }
+  }
+
+  // Copies a block's faces to a surface, and says which ones they were unless they were found anew.
+  void copy_faces(std::uint32_t block, bool stays, const BlockCorners& corners, const BlockInSurface& was,
+                  const BlockInSurface& begin, GrownSoup& grown) const {
+    const auto is_in = [&](const BlockInSurface& surface, std::size_t face) {
+      return surface.small.empty() ||
+             !std::binary_search(surface.small.begin(), surface.small.end(), pieces[block].piece_of_face[face]);
+    };
+    std::uint32_t next = begin.first_face, next_before = was.first_face;
+    for (std::size_t face = 0; face < surfaces[block].faces.size(); ++face) {
+      const bool was_there = stays && was.first_vertex != kNoBlock && is_in(was, face);
+      if (is_in(begin, face)) {
+        if (was_there) grown.previous_face[next] = FaceId(next_before);
+        grown.soup.faces[next++] = corners.face(surfaces[block].faces[face]);
+      }
+      if (was_there) ++next_before;
+    }
+  }
+
+  [[nodiscard]] GrownSoup next_surface(const std::vector<std::uint32_t>& order, std::size_t fewest_faces) {
+    const bool follows = std::exchange(has_last, false);  // until this one is made
+    // A call that threw may have found faces and not their pieces.
+    for (std::size_t block = 0; !follows && block < blocks.size(); ++block) surfaces[block].has_faces = false;
+    const CutAnew anew = cut();
+    std::size_t vertices = 0, faces = 0;
+    const std::vector<std::uint32_t> first_vertex = first_vertices(surfaces, order, vertices);
+    std::vector<BlockCorners> corners(blocks.size());
+    const auto for_blocks = [&](const auto& run) {
+      tbb::parallel_for(std::uint32_t{0}, static_cast<std::uint32_t>(blocks.size()), run);
+    };
+    for_blocks([&](std::uint32_t block) { corners[block] = BlockCorners(blocks, surfaces, first_vertex, block); });
+    std::vector<BlockInSurface> now =
+        begins(order, first_vertex, small_pieces(pieces, corners, vertices, fewest_faces), faces);
+    GrownSoup grown;
+    grown.soup.positions.resize(vertices);
+    grown.soup.faces.resize(faces);
+    grown.previous_position.resize(vertices);
+    grown.previous_face.resize(faces);
+    const std::vector<BlockInSurface> nothing(follows ? 0 : blocks.size());
+    const std::vector<BlockInSurface>& before = follows ? last : nothing;
+    for_blocks([&](std::uint32_t block) {
+      copy_vertices(block, anew, before[block], now[block], grown);
+      copy_faces(block, anew.faces[block] == 0, corners[block], before[block], now[block], grown);
+    });
+    last = std::move(now);
+    has_last = true;
+    return grown;
   }
 
   FusionOptions options;
@@ -152,8 +243,10 @@ struct GrowingFusion::State {
   std::vector<Voxels> shown;                        // those that the surface was cut out of last
   std::vector<std::uint64_t> weight, shown_weight;  // sums over the voxels of each block
   std::vector<std::uint8_t> lost;                   // 1: an image was taken out since the block was shown
-  std::vector<BlockVertices> vertices;              // of what is shown
-  std::vector<std::uint32_t> first_vertex;          // of each block in the last surface; kNoBlock: it was not there
+  std::vector<BlockSurface> surfaces;               // of what is shown
+  std::vector<BlockPieces> pieces;                  // of these, where they have faces
+  std::vector<BlockInSurface> last;                 // by block, of the last surface
+  bool has_last = false;                            // false: there is none, or the call for it has thrown
 };
 
 GrowingFusion::GrowingFusion(const FusionOptions& options) {
@@ -198,22 +291,10 @@ TriangleSoup GrowingFusion::surface(Show what) {
   return grown_surface(what).soup;
 }
 
-GrownSoup GrowingFusion::grown_surface(Show what) {
+GrownSoup GrowingFusion::grown_surface(Show what, std::size_t fewest_faces) {
   State& state = *state_;
   const std::vector<std::uint32_t> order = state.show_changed(what);
-  std::vector<std::uint8_t> cut_anew(state.blocks.size());
-  for (std::size_t block = 0; block < cut_anew.size(); ++block) cut_anew[block] = state.vertices[block].is_cut ? 0 : 1;
-  const std::vector<BlockVertices> outdated = state.take_outdated();
-  GrownSoup grown;
-  grown.soup = surface_of(state.blocks, state.shown, order, state.options, state.vertices);
-  grown.previous_position.reserve(grown.soup.positions.size());
-  std::uint32_t first = 0;
-  for (const std::uint32_t block : order) {
-    state.append_previous(block, cut_anew[block] != 0, outdated[block], grown.previous_position);
-    state.first_vertex[block] = first;
-    first += static_cast<std::uint32_t>(state.vertices[block].cells.size());
-  }
-  return grown;
+  return state.next_surface(order, fewest_faces);
 }
 
 std::size_t GrowingFusion::blocks() const {

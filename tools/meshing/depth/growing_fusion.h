@@ -46,10 +46,12 @@ class GrowingFusion {
   };
   // Returns the surface as fused() cuts it out; it does not depend on the order in which images were added. Where no
   // block near a vertex is shown anew, the vertex has the same coordinates as in the surface before, to the bit. Time:
-  // voxels of all blocks.
+  // voxels of the blocks that are shown anew, and a copy of all vertices and faces.
   [[nodiscard]] TriangleSoup surface(Show what = Show::what_changed);
-  // Returns the same, and which of its positions the surface of the last call of either function had.
-  [[nodiscard]] GrownSoup grown_surface(Show what = Show::what_changed);
+  // Returns the same without the faces of pieces that have fewer than `fewest_faces`, as remove_small_pieces() takes
+  // them away, and says which of its positions and faces the surface of the last call of either function had. Faces of
+  // blocks that were cut again are not compared. If the call throws, the next one's surface is all new.
+  [[nodiscard]] GrownSoup grown_surface(Show what = Show::what_changed, std::size_t fewest_faces = 0);
   [[nodiscard]] std::size_t blocks() const;  // each of 512 voxels
 
  private:

@@ -57,39 +57,35 @@ ivec3 cell_at(std::size_t index) {
 // Cuts the surface out of the voxels of blocks.
 class SurfaceExtraction {
  public:
-  SurfaceExtraction(const BlockIndex& blocks, const std::vector<Voxels>& voxels,
-                    const std::vector<std::uint32_t>& order, const FusionOptions& options,
-                    std::vector<BlockVertices>& vertices)
-      : options_(options), blocks_(blocks), voxels_(voxels), order_(order), vertices_(vertices) {}
+  SurfaceExtraction(const BlockIndex& blocks, const std::vector<Voxels>& voxels, const FusionOptions& options,
+                    std::vector<BlockSurface>& surfaces)
+      : options_(options), blocks_(blocks), voxels_(voxels), surfaces_(surfaces) {}
 
-  TriangleSoup surface() {
-    vertex_of_cell_.resize(blocks_.size() * kBlockVoxels);
-    tbb::parallel_for(std::uint32_t{0}, static_cast<std::uint32_t>(blocks_.size()), [&](std::uint32_t block) {
-      if (!vertices_[block].is_cut) vertices_[block] = cut(block);
-    });
-    std::vector<std::uint32_t> first(blocks_.size());  // vertex of each block
-    std::uint32_t count = 0;
-    for (const std::uint32_t block : order_) {
-      first[block] = count;
-      count += static_cast<std::uint32_t>(vertices_[block].cells.size());
+  void cut_vertices() {
+    for (std::uint32_t block = 0; block < blocks_.size(); ++block) {
+      if (surfaces_[block].is_cut) continue;
+      for_blocks_with_corners_in(blocks_, blocks_[block],
+                                 [&](std::uint32_t user) { surfaces_[user].has_faces = false; });
     }
-    surface_.positions.resize(count);
     tbb::parallel_for(std::uint32_t{0}, static_cast<std::uint32_t>(blocks_.size()), [&](std::uint32_t block) {
-      const BlockVertices& vertices = vertices_[block];
-      const auto of_block = vertex_of_cell_.begin() + static_cast<std::ptrdiff_t>(block * kBlockVoxels);
-      std::fill(of_block, of_block + kBlockVoxels, kNoBlock);
-      for (std::uint32_t i = 0; i < vertices.cells.size(); ++i) {
-        of_block[vertices.cells[i]] = first[block] + i;
-        surface_.positions[first[block] + i] = vertices.positions[i];
+      if (!surfaces_[block].is_cut) surfaces_[block] = cut(block);
+    });
+  }
+
+  std::vector<std::uint8_t> cut_faces() {
+    std::vector<std::uint8_t> found(blocks_.size(), 0);
+    tbb::parallel_for(std::uint32_t{0}, static_cast<std::uint32_t>(blocks_.size()), [&](std::uint32_t block) {
+      if (surfaces_[block].has_faces) return;
+      BlockSurface& surface = surfaces_[block];
+      surface.faces = faces(block);
+      surface.blocks_used = 0;
+      for (const std::array<CornerCode, 3>& face : surface.faces) {
+        for (const CornerCode code : face) surface.blocks_used |= static_cast<std::uint8_t>(1U << corner_block(code));
       }
+      surface.has_faces = true;
+      found[block] = 1;
     });
-    std::vector<std::vector<glm::uvec3>> faces(blocks_.size());
-    tbb::parallel_for(std::uint32_t{0}, static_cast<std::uint32_t>(blocks_.size()),
-                      [&](std::uint32_t block) { add_faces(block, faces[block]); });
-    for (const std::uint32_t block : order_) {
-      surface_.faces.insert(surface_.faces.end(), faces[block].begin(), faces[block].end());
-    }
-    return std::move(surface_);
+    return found;
   }
 
  private:
@@ -113,9 +109,9 @@ class SurfaceExtraction {
     return true;
   }
 
-  [[nodiscard]] BlockVertices cut(std::uint32_t block) const {
+  [[nodiscard]] BlockSurface cut(std::uint32_t block) const {
     const BlocksAround around = blocks_around(block);
-    BlockVertices vertices;
+    BlockSurface vertices;
     vertices.is_cut = true;
     for (std::size_t index = 0; index < kBlockVoxels; ++index) {
       if (voxels_[block][index].weight < options_.least_weight) continue;
@@ -129,23 +125,18 @@ class SurfaceExtraction {
     return vertices;
   }
 
-  // kNoBlock: the surface does not cross that cell, or not all of it was seen.
-  [[nodiscard]] std::uint32_t vertex_at(const ivec3& cell) const {
-    const ivec3 in = block_of(cell);
-    const std::uint32_t block = blocks_.find(in);
-    return block == kNoBlock ? kNoBlock
-                             : vertex_of_cell_[block * kBlockVoxels + index_in_block(cell - kBlockSide * in)];
-  }
-
   [[nodiscard]] bool is_inside(std::uint32_t block, const ivec3& at) const {
     return voxels_[block][index_in_block(at)].sum < 0;
   }
 
   // A quad for each edge that starts at a cell's first corner and crosses the surface, between the four cells around.
-  void add_faces(std::uint32_t block, std::vector<glm::uvec3>& faces) const {
-    if (vertices_[block].cells.empty()) return;
+  [[nodiscard]] std::vector<std::array<CornerCode, 3>> faces(std::uint32_t block) const {
+    std::vector<std::array<CornerCode, 3>> faces;
+    if (surfaces_[block].cells.empty()) return faces;
     const BlocksAround around = blocks_around(block);
-    for (const std::uint16_t index : vertices_[block].cells) {
+    BlocksAround before{};
+    for (std::size_t i = 0; i < 8; ++i) before[i] = blocks_.find(blocks_[block] - block_up_to(i));
+    for (const std::uint16_t index : surfaces_[block].cells) {
       const ivec3 cell = cell_at(index);
       const bool inside = is_inside(block, cell);
       for (int axis = 0; axis < 3; ++axis) {
@@ -153,44 +144,98 @@ class SurfaceExtraction {
         ++end[axis];
         const ivec3 beyond = block_of(end);
         if (is_inside(around[place_of(beyond)], end - kBlockSide * beyond) != inside) {
-          add_quad(kBlockSide * blocks_[block] + cell, axis, inside, faces);
+          add_quad(before, cell, axis, inside, faces);
         }
       }
     }
+    return faces;
+  }
+
+  // A corner of a quad.
+  struct QuadCorner {
+    CornerCode code;
+    const dvec3* position;  // null: the surface does not cross that cell, or not all of it was seen
+  };
+  [[nodiscard]] QuadCorner corner_at(const BlocksAround& before, const ivec3& cell) const {
+    const ivec3 in = block_of(cell);
+    const std::size_t which = place_of(-in);
+    if (before[which] == kNoBlock) return {0, nullptr};
+    const BlockSurface& surface = surfaces_[before[which]];
+    const auto index = static_cast<std::uint16_t>(index_in_block(cell - kBlockSide * in));
+    const auto found = std::lower_bound(surface.cells.begin(), surface.cells.end(), index);
+    if (found == surface.cells.end() || *found != index) return {0, nullptr};
+    const auto vertex = static_cast<std::size_t>(found - surface.cells.begin());
+    return {corner_code(which, vertex), &surface.positions[vertex]};
   }
 
   // Round the edge along `axis` from the first corner of `cell`; it faces the edge's end if the edge comes from inside.
-  void add_quad(const ivec3& cell, int axis, bool from_inside, std::vector<glm::uvec3>& faces) const {
+  void add_quad(const BlocksAround& before, const ivec3& cell, int axis, bool from_inside,
+                std::vector<std::array<CornerCode, 3>>& faces) const {
     ivec3 b(0);
     ivec3 c(0);
     b[(axis + 1) % 3] = 1;
     c[(axis + 2) % 3] = 1;
-    std::array<std::uint32_t, 4> v{vertex_at(cell), vertex_at(cell - b), vertex_at(cell - b - c), vertex_at(cell - c)};
-    if (std::find(v.begin(), v.end(), kNoBlock) != v.end()) return;
+    std::array<QuadCorner, 4> v{corner_at(before, cell), corner_at(before, cell - b), corner_at(before, cell - b - c),
+                                corner_at(before, cell - c)};
+    if (std::any_of(v.begin(), v.end(), [](const QuadCorner& corner) { return corner.position == nullptr; })) return;
     if (!from_inside) std::swap(v[1], v[3]);
-    const auto length = [&](std::uint32_t from, std::uint32_t to) {
-      return glm::distance(surface_.positions[from], surface_.positions[to]);
+    const auto length = [](const QuadCorner& from, const QuadCorner& to) {
+      return glm::distance(*from.position, *to.position);
     };
     if (length(v[1], v[3]) < length(v[0], v[2])) std::rotate(v.begin(), v.begin() + 1, v.end());
-    faces.emplace_back(v[0], v[1], v[2]);
-    faces.emplace_back(v[0], v[2], v[3]);
+    faces.push_back({v[0].code, v[1].code, v[2].code});
+    faces.push_back({v[0].code, v[2].code, v[3].code});
   }
 
   const FusionOptions& options_;
   const BlockIndex& blocks_;
   const std::vector<Voxels>& voxels_;
-  const std::vector<std::uint32_t>& order_;
-  std::vector<BlockVertices>& vertices_;
-  std::vector<std::uint32_t> vertex_of_cell_;  // per block and its cells, by their first corners
-  TriangleSoup surface_;
+  std::vector<BlockSurface>& surfaces_;
 };
 
 }  // namespace
 
+std::vector<std::uint8_t> cut_surfaces(const BlockIndex& blocks, const std::vector<Voxels>& voxels,
+                                       const FusionOptions& options, std::vector<BlockSurface>& surfaces) {
+  SurfaceExtraction extraction(blocks, voxels, options, surfaces);
+  extraction.cut_vertices();
+  return extraction.cut_faces();
+}
+
+BlockCorners::BlockCorners(const BlockIndex& blocks, const std::vector<BlockSurface>& surfaces,
+                           const std::vector<std::uint32_t>& first_vertex, std::uint32_t block) {
+  for (std::size_t i = 0; i < 8; ++i) {
+    if ((surfaces[block].blocks_used >> i & 1U) == 0) continue;
+    first_vertex_.at(i) = first_vertex[blocks.find(blocks[block] - block_up_to(i))];
+  }
+}
+
+std::vector<std::uint32_t> first_vertices(const std::vector<BlockSurface>& surfaces,
+                                          const std::vector<std::uint32_t>& order, std::size_t& count) {
+  std::vector<std::uint32_t> first(surfaces.size());
+  count = 0;
+  for (const std::uint32_t block : order) {
+    first[block] = static_cast<std::uint32_t>(count);
+    count += surfaces[block].cells.size();
+  }
+  return first;
+}
+
 TriangleSoup surface_of(const BlockIndex& blocks, const std::vector<Voxels>& voxels,
-                        const std::vector<std::uint32_t>& order, const FusionOptions& options,
-                        std::vector<BlockVertices>& vertices) {
-  return SurfaceExtraction(blocks, voxels, order, options, vertices).surface();
+                        const std::vector<std::uint32_t>& order, const FusionOptions& options) {
+  std::vector<BlockSurface> surfaces(blocks.size());
+  (void)cut_surfaces(blocks, voxels, options, surfaces);
+  TriangleSoup soup;
+  std::size_t count = 0;
+  const std::vector<std::uint32_t> first_vertex = first_vertices(surfaces, order, count);
+  soup.positions.reserve(count);
+  for (const std::uint32_t block : order) {
+    const BlockSurface& surface = surfaces[block];
+    soup.positions.insert(soup.positions.end(), surface.positions.begin(), surface.positions.end());
+    const BlockCorners corners(blocks, surfaces, first_vertex, block);
+    for (const std::array<CornerCode, 3>& face : surface.faces) soup.faces.push_back(corners.face(face));
+  }
+  return soup;
 }
 
 }  // namespace lumatlas

@@ -4,14 +4,18 @@
 #include <algorithm>
 #include <catch2/catch.hpp>
 #include <cmath>
+#include <cstdint>
 #include <glm/glm.hpp>
 #include <numbers>
+#include <random>
 #include <stdexcept>
+#include <utility>
 #include <vector>
 
 #include "mesh/repair/repair.h"
 #include "tests/support/scenes/surfaces.h"
 #include "tests/tools/meshing/depth/ball_depths.h"
+#include "tools/meshing/cut/small_pieces.h"
 
 namespace lumatlas {
 namespace {
@@ -109,6 +113,96 @@ TEST_CASE("a surface that an image alone showed goes with it, and the rest stays
   CHECK(fusion.surface().positions.size() > 3 * alone.size() / 2);
   fusion.remove(ball_from({-3, 0, 0}));
   CHECK((vertices_of(fusion.surface()) == alone));
+}
+
+// Shows images that come and go at random, and compares each surface with that of a volume made anew of the same
+// images.
+class ChangingBall {
+ public:
+  explicit ChangingBall(std::uint32_t seed)
+      : random_(seed), images_(ball_from_all_sides()), is_in_(images_.size(), 0) {}
+
+  void change() {
+    const std::size_t image = random_() % images_.size();
+    if (is_in_[image] != 0) {
+      growing.remove(images_[image]);
+    } else {
+      REQUIRE(growing.add(images_[image]));
+    }
+    is_in_[image] ^= 1U;
+  }
+  [[nodiscard]] TriangleSoup made_whole() const {
+    GrowingFusion whole(ball_options());
+    for (std::size_t image = 0; image < images_.size(); ++image) {
+      if (is_in_[image] != 0) REQUIRE(whole.add(images_[image]));
+    }
+    return whole.surface();
+  }
+
+  GrowingFusion growing{ball_options()};
+
+ private:
+  std::mt19937 random_;
+  std::vector<DepthImage> images_;
+  std::vector<std::uint8_t> is_in_;
+};
+
+// Checks that positions and faces are those of the soup before that they are said to have been, each once.
+void check_previous(const TriangleSoup& before, const GrownSoup& now) {
+  REQUIRE(now.previous_position.size() == now.soup.positions.size());
+  REQUIRE(now.previous_face.size() == now.soup.faces.size());
+  for (std::size_t i = 0; i < now.soup.positions.size(); ++i) {
+    const VertexId previous = now.previous_position[i];
+    if (previous != VertexId::none) REQUIRE(before.positions.at(previous) == now.soup.positions[i]);
+  }
+  std::uint32_t next = 0;
+  for (std::size_t face = 0; face < now.soup.faces.size(); ++face) {
+    const FaceId previous = now.previous_face[face];
+    if (previous == FaceId::none) continue;
+    REQUIRE(previous >= next);
+    next = previous + 1;
+    for (int corner = 0; corner < 3; ++corner) {
+      REQUIRE(now.previous_position[now.soup.faces[face][corner]] == before.faces.at(previous)[corner]);
+    }
+  }
+}
+
+TEST_CASE("a surface of images that come and go is to the byte that of a volume made anew, and says what stayed") {
+  const auto seed = static_cast<std::uint32_t>(GENERATE(range(0, 6)));
+  const std::size_t fewest_faces = GENERATE(0U, 60U, 400U);
+  CAPTURE(seed, fewest_faces);
+  ChangingBall ball(seed);
+  TriangleSoup before;
+  std::size_t faces = 0, kept_faces = 0;
+  for (int version = 0; version < 12; ++version) {
+    ball.change();
+    GrownSoup grown = ball.growing.grown_surface(GrowingFusion::Show::everything, fewest_faces);
+    TriangleSoup whole = ball.made_whole();
+    (void)remove_small_pieces(whole, fewest_faces);
+    REQUIRE(is_same(grown.soup, whole));
+    check_previous(before, grown);
+    faces += whole.faces.size();
+    kept_faces += static_cast<std::size_t>(std::count_if(grown.previous_face.begin(), grown.previous_face.end(),
+                                                         [](FaceId face) { return face != FaceId::none; }));
+    before = std::move(grown.soup);
+  }
+  CHECK(kept_faces > 0);
+  CHECK(kept_faces < faces);
+}
+
+TEST_CASE("a surface that nothing has changed since says that all of it was there") {
+  ChangingBall ball(1);
+  ball.change();
+  const TriangleSoup before = ball.growing.grown_surface(GrowingFusion::Show::everything, 60).soup;
+  const GrownSoup again = ball.growing.grown_surface(GrowingFusion::Show::everything, 60);
+  CHECK(is_same(again.soup, before));
+  for (VertexId position{0}; position < before.positions.size(); ++position) {
+    REQUIRE(again.previous_position[position] == position);
+  }
+  for (FaceId face{0}; face < before.faces.size(); ++face) REQUIRE(again.previous_face[face] == face);
+  // Other pieces are left out: faces that come back are new.
+  const GrownSoup whole = ball.growing.grown_surface(GrowingFusion::Show::everything, 0);
+  check_previous(again.soup, whole);
 }
 
 }  // namespace
