@@ -12,21 +12,17 @@ namespace lumatlas {
 
 namespace {
 
-struct Sphere {
-  glm::dvec3 center;
-  double radius;
-};
-
-Sphere sphere_of(const Cell& cell) {
+ChangedSphere sphere_of(const Cell& cell) {
   return {cell.centroid, cell.radius};
 }
 
 // Returns spheres around the places where the geometry has changed: around new and changed cells, as they are now and
 // as they were, and around those that are gone.
-std::vector<Sphere> spheres_of_change(const Cells& before, const Cells& now, std::span<const CellId> previous_cell,
-                                      std::span<const std::uint8_t> changed) {
+std::vector<ChangedSphere> spheres_of_change(const Cells& before, const Cells& now,
+                                             std::span<const CellId> previous_cell,
+                                             std::span<const std::uint8_t> changed) {
   std::vector<std::uint8_t> kept(before.cells.size(), 0);
-  std::vector<Sphere> spheres;
+  std::vector<ChangedSphere> spheres;
   for (std::size_t cell = 0; cell < now.cells.size(); ++cell) {
     if (changed[cell] != 0) {
       spheres.push_back(sphere_of(now.cells[cell]));
@@ -49,7 +45,7 @@ std::array<glm::dvec3, 4> inward_normals(const Camera& camera) {
 }
 
 // Returns whether a sphere may show in the image; true for each that does.
-bool may_show(const Camera& camera, const std::array<glm::dvec3, 4>& normals, const Sphere& sphere) {
+bool may_show(const Camera& camera, const std::array<glm::dvec3, 4>& normals, const ChangedSphere& sphere) {
   const glm::dvec3 center = camera.cam_from_world_rotation * sphere.center + camera.cam_from_world_translation;
   if (center.z < -sphere.radius) return false;
   return std::all_of(normals.begin(), normals.end(),
@@ -58,25 +54,18 @@ bool may_show(const Camera& camera, const std::array<glm::dvec3, 4>& normals, co
 
 }  // namespace
 
-std::vector<ViewSlot> GeometryFollower::views_of_change(std::span<const CellId> previous_cell,
-                                                        std::span<const std::uint8_t> changed,
-                                                        const Surface& surface) const {
-  const std::shared_ptr<const Surface> old_surface = planner_.atlas_.surface();
-  const Cells& before = old_surface->cells;
-  const std::vector<Sphere> spheres = spheres_of_change(before, surface.cells, previous_cell, changed);
-  std::vector<std::uint8_t> stays(before.cells.size(), 0);
-  for (std::size_t cell = 0; cell < changed.size(); ++cell) {
-    if (changed[cell] == 0) stays[previous_cell[cell]] = 1;
-  }
+// `now`: for each cell before its number now; CellId::none: it is changed or gone.
+std::vector<ViewSlot> GeometryFollower::views_of_change(std::span<const ChangedSphere> spheres,
+                                                        std::span<const CellId> now) const {
   std::vector<ViewSlot> slots;
   for (const ViewSlot slot : planner_.store_.held_slots()) {
     const Camera& camera = planner_.atlas_.view(slot)->camera;
     const std::array<glm::dvec3, 4> normals = inward_normals(camera);
     const std::span<const CellPart> seen = planner_.store_.ledger().parts(slot);
     // Cells were counted at the given pose, depth was made at a refined one: either may have changed.
-    if (std::any_of(seen.begin(), seen.end(), [&](const CellPart& entry) { return stays[entry.cell] == 0; }) ||
+    if (std::any_of(seen.begin(), seen.end(), [&](const CellPart& entry) { return now[entry.cell] == CellId::none; }) ||
         std::any_of(spheres.begin(), spheres.end(),
-                    [&](const Sphere& sphere) { return may_show(camera, normals, sphere); })) {
+                    [&](const ChangedSphere& sphere) { return may_show(camera, normals, sphere); })) {
       slots.push_back(slot);
     }
   }
@@ -97,10 +86,11 @@ bool GeometryFollower::make_depth_again(ViewSlot slot) {
   return !same_depth;
 }
 
-void GeometryFollower::count_again(ViewSlot slot) {
+// `changed`: where the surface has changed since the pictures were taken.
+void GeometryFollower::count_again(ViewSlot slot, CellPictures& pictures, std::span<const ChangedSphere> changed) {
   const Camera small = planner_.planning_camera(planner_.atlas_.view(slot)->camera);
   const std::vector<CellPixels> seen =
-      count_cell_pixels(planner_.visibility_->trace(small), planner_.atlas_.surface()->cells);
+      pictures.count(slot, small, *planner_.visibility_, planner_.atlas_.surface()->cells, changed);
   planner_.atlas_.mark_seen(seen);
   planner_.store_.count_again(slot, planner_.parts(small, seen));
 }
@@ -129,29 +119,36 @@ SurfaceUpdate GeometryFollower::update_surface(std::shared_ptr<const Surface> su
                                 std::to_string(cells));
   }
   std::vector<CellId> unchanged(cells, CellId::none);
-  std::vector<std::uint8_t> taken(planner_.atlas_.surface()->cells.cells.size(), 0);
+  const std::shared_ptr<const Surface> before = planner_.atlas_.surface();
+  std::vector<CellId> cells_now(before->cells.cells.size(), CellId::none);  // by cell before, of those that stay
   for (std::size_t cell = 0; cell < cells; ++cell) {
     if (changed[cell] != 0) continue;
-    if (previous_cell[cell] >= taken.size()) {
+    if (previous_cell[cell] >= cells_now.size()) {
       throw std::invalid_argument("planner: unchanged cell " + std::to_string(cell) +
                                   " was no cell of the surface before");
     }
-    if (taken[previous_cell[cell]]++ != 0) {
+    if (cells_now[previous_cell[cell]] != CellId::none) {
       throw std::invalid_argument("planner: unchanged cell " + std::to_string(cell) + " was cell " +
                                   std::to_string(previous_cell[cell]) + ", as another cell was");
     }
     unchanged[cell] = previous_cell[cell];
+    cells_now[previous_cell[cell]] = CellId(static_cast<std::uint32_t>(cell));
   }
-  const std::vector<ViewSlot> again = views_of_change(previous_cell, changed, *surface);
+  const std::vector<ChangedSphere> spheres = spheres_of_change(before->cells, surface->cells, previous_cell, changed);
+  const std::vector<ViewSlot> again = views_of_change(spheres, cells_now);
   planner_.atlas_.replace_surface(std::move(surface), previous_cell);
   const std::shared_ptr<const Surface> now = planner_.atlas_.surface();
   planner_.store_.follow(*now, again, unchanged);
   planner_.visibility_ = &visibility;
   planner_.refiner_.set_visibility(visibility);
+  // Until all views are counted, the planner has no pictures: they would be of another surface after an exception.
+  CellPictures pictures = std::exchange(planner_.pictures_, {});
+  pictures.keep_only(planner_.store_.held_slots());
+  pictures.follow(cells_now);
   SurfaceUpdate update;
   update.views_seen_again = static_cast<std::uint32_t>(again.size());
   for (const ViewSlot slot : again) {
-    count_again(slot);
+    count_again(slot, pictures, spheres);
     if (depths == DepthRenewal::now) {
       update.depths_made_again += make_depth_again(slot);
     } else if (std::find(planner_.old_depths_.begin(), planner_.old_depths_.end(), slot) ==
@@ -159,6 +156,7 @@ SurfaceUpdate GeometryFollower::update_surface(std::shared_ptr<const Surface> su
       planner_.old_depths_.push_back(slot);
     }
   }
+  planner_.pictures_ = std::move(pictures);
   planner_.store_.offer_again(again, changed);
   return update;
 }
@@ -183,7 +181,7 @@ SurfaceUpdate GeometryFollower::move_views(std::span<const ViewPose> poses) {
   SurfaceUpdate update;
   update.views_seen_again = static_cast<std::uint32_t>(moved.size());
   for (const ViewSlot slot : moved) {
-    count_again(slot);
+    count_again(slot, planner_.pictures_, {});
     update.depths_made_again += make_depth_again(slot);
   }
   planner_.store_.offer_again(moved, std::vector<std::uint8_t>(cells, 0));

@@ -13,6 +13,7 @@
 
 #include "atlas/atlas.h"
 #include "mesh/visibility/visibility.h"
+#include "planner/cell_pictures.h"
 #include "planner/planner.h"
 
 namespace lumatlas {
@@ -58,11 +59,10 @@ class GeometryFollower {
   SurfaceUpdate move_views(std::span<const ViewPose> poses);
 
  private:
-  [[nodiscard]] std::vector<ViewSlot> views_of_change(std::span<const CellId> previous_cell,
-                                                      std::span<const std::uint8_t> changed,
-                                                      const Surface& surface) const;
+  [[nodiscard]] std::vector<ViewSlot> views_of_change(std::span<const ChangedSphere> spheres,
+                                                      std::span<const CellId> now) const;
   bool make_depth_again(ViewSlot slot);
-  void count_again(ViewSlot slot);
+  void count_again(ViewSlot slot, CellPictures& pictures, std::span<const ChangedSphere> changed);
 
   Planner& planner_;
 };

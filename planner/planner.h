@@ -26,6 +26,7 @@
 
 #include "atlas/atlas.h"
 #include "mesh/visibility/visibility.h"
+#include "planner/cell_pictures.h"
 #include "planner/planned_store.h"
 #include "planner/planner_options.h"
 #include "planner/refinement/refiner.h"
@@ -142,6 +143,7 @@ class Planner {
   Refiner refiner_;
   PlannedStore store_;
   VisibilityBuffer buffer_;
+  CellPictures pictures_;             // of the views that GeometryFollower has counted
   std::vector<ViewSlot> old_depths_;  // views whose depths GeometryFollower is to make again, the oldest first
 };
 

@@ -121,6 +121,12 @@ void RayVisibility::trace(const Camera& camera, VisibilityBuffer& buffer) const 
   tree_->trace(camera, whole(camera), {}, buffer);
 }
 
+void RayVisibility::trace_wanted(const Camera& camera, std::span<const std::uint8_t> wanted,
+                                 VisibilityBuffer& buffer) const {
+  require_one_per_pixel(wanted, camera);
+  tree_->trace(camera, whole(camera), wanted, buffer);
+}
+
 void RayVisibility::trace_sparsely(const Camera& camera, VisibilityBuffer& buffer) const {
   tree_->trace_sparsely(camera, whole(camera), {}, buffer);
 }

@@ -27,6 +27,8 @@ class RayVisibility final : public Visibility {
 
   using Visibility::trace;
   void trace(const Camera& camera, VisibilityBuffer& buffer) const override;
+  void trace_wanted(const Camera& camera, std::span<const std::uint8_t> wanted,
+                    VisibilityBuffer& buffer) const override;
   using Visibility::trace_sparsely;
   void trace_sparsely(const Camera& camera, VisibilityBuffer& buffer) const override;
   // Fills the buffer, which gets the window's size, with a window of what trace_sparsely() sees: the same to the bit

@@ -1,10 +1,19 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "mesh/visibility/visibility.h"
 
+#include <cstddef>
 #include <stdexcept>
 #include <string>
 
+#include "mesh/base/number_text.h"
+
 namespace lumatlas {
+
+void require_one_per_pixel(std::span<const std::uint8_t> wanted, const Camera& camera) {
+  if (wanted.size() == std::size_t{camera.width} * camera.height) return;
+  throw std::invalid_argument("visibility: wanted has " + std::to_string(wanted.size()) +
+                              " values, must have one per pixel of " + size_text(camera.width, camera.height));
+}
 
 VisibilityBuffer Visibility::trace(const Camera& camera) const {
   VisibilityBuffer buffer;
@@ -20,6 +29,12 @@ VisibilityBuffer Visibility::trace_sparsely(const Camera& camera) const {
   VisibilityBuffer buffer;
   trace_sparsely(camera, buffer);
   return buffer;
+}
+
+void Visibility::trace_wanted(const Camera& camera, std::span<const std::uint8_t> wanted,
+                              VisibilityBuffer& buffer) const {
+  require_one_per_pixel(wanted, camera);
+  trace(camera, buffer);
 }
 
 std::vector<CellPixels> count_cell_pixels(const VisibilityBuffer& buffer, const Cells& cells) {

@@ -4,6 +4,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <vector>
 
 #include "mesh/base/id.h"
@@ -30,12 +31,18 @@ class Visibility {
   // std::invalid_argument for a bad camera (camera.h).
   virtual void trace(const Camera& camera, VisibilityBuffer& buffer) const = 0;
   [[nodiscard]] VisibilityBuffer trace(const Camera& camera) const;
-  // Does nearly the same in less time, if the implementation can. Where the surface is smooth, a pixel's depth may be
-  // interpolated, which is within 3e-4 of the exact one at 99 of 100 pixels, and its face may be a neighbouring
-  // pixel's. A part of the surface thinner than two pixels may be missed.
+  // Fills the pixels for which `wanted` is not 0 as trace() does, in less time, if the implementation can. The others
+  // get any values. Throws std::invalid_argument unless `wanted` has one value per pixel.
+  virtual void trace_wanted(const Camera& camera, std::span<const std::uint8_t> wanted, VisibilityBuffer& buffer) const;
+  // Does nearly the same as trace() in less time, if the implementation can. Where the surface is smooth, a pixel's
+  // depth may be interpolated, which is within 3e-4 of the exact one at 99 of 100 pixels, and its face may be a
+  // neighbouring pixel's. A part of the surface thinner than two pixels may be missed.
   virtual void trace_sparsely(const Camera& camera, VisibilityBuffer& buffer) const;
   [[nodiscard]] VisibilityBuffer trace_sparsely(const Camera& camera) const;
 };
+
+// Throws std::invalid_argument unless there is one value per pixel.
+void require_one_per_pixel(std::span<const std::uint8_t> wanted, const Camera& camera);
 
 // Casts rays with Embree. Keeps a copy of what it needs. Throws std::invalid_argument if the mesh breaks a rule of
 // mesh.h or has no faces, std::runtime_error if Embree refuses it.

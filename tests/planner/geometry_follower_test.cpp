@@ -4,8 +4,14 @@
 #include <catch2/catch.hpp>
 #include <functional>
 #include <glm/glm.hpp>
+#include <memory>
+#include <random>
+#include <span>
+#include <utility>
+#include <vector>
 
 #include "mesh/cells/cell_growth.h"
+#include "planner/cell_pictures.h"
 #include "planner/geometry_follower.h"
 #include "planner/planner.h"
 #include "planner/pruning/hindsight.h"
@@ -168,6 +174,83 @@ TEST_CASE("a surface that appears, moves and disappears leaves the store as if i
   const SurfaceUpdate disappearing = scene.become(grown(*scene.surface, bare));
   CHECK(disappearing.depths_made_again > 0);
   check_against_new_start(scene);
+}
+
+// Counts the pixels that are wanted of it.
+class WantedPixelCounter final : public Visibility {
+ public:
+  explicit WantedPixelCounter(const Mesh& mesh) : rays_(make_ray_visibility(mesh)) {}
+  using Visibility::trace;
+  void trace(const Camera& camera, VisibilityBuffer& buffer) const override { rays_->trace(camera, buffer); }
+  void trace_wanted(const Camera& camera, std::span<const std::uint8_t> wanted,
+                    VisibilityBuffer& buffer) const override {
+    all_ += wanted.size();
+    wanted_ += static_cast<std::size_t>(std::count_if(wanted.begin(), wanted.end(), [](auto one) { return one != 0; }));
+    rays_->trace_wanted(camera, wanted, buffer);
+  }
+  [[nodiscard]] double share() const { return static_cast<double>(wanted_) / static_cast<double>(all_); }
+
+ private:
+  std::unique_ptr<Visibility> rays_;
+  mutable std::size_t all_ = 0, wanted_ = 0;
+};
+
+TEST_CASE("only pixels that may show a change are looked at again, and the store is as if all had been") {
+  PlannedSurface scene(room_surface(), false);
+  for (std::size_t i = 0; i < kMostViews; ++i) scene.keep(i);
+  const Mesh bare = scene.surface->mesh;
+  bool is_first = true;
+  for (const float x : {0.5F, 0.6F, -0.7F, 1.8F, 0.5F}) {
+    CAPTURE(x);
+    const Grown change = grown(*scene.surface, with_panel(bare, x));
+    auto now = std::make_unique<WantedPixelCounter>(change.surface->mesh);
+    (void)GeometryFollower(scene.planner)
+        .update_surface(change.surface, *now, change.growth.previous_cell, change.growth.changed);
+    CHECK((now->share() == 1) == is_first);  // no picture was kept of what was offered
+    is_first = false;
+    scene.surface = change.surface;
+    scene.visibility = std::move(now);
+    check_against_new_start(scene);
+  }
+}
+
+TEST_CASE("what a view shows is counted as if it were traced anew, wherever the surface changes") {
+  const auto surface = room_surface();
+  const Mesh bare = surface->mesh;
+  std::mt19937 random(3);
+  std::shared_ptr<const Surface> before = surface;
+  CellPictures pictures;
+  for (int round = 0; round < 12; ++round) {
+    CAPTURE(round);
+    const float x = std::uniform_real_distribution<float>(-1.9F, 1.9F)(random);
+    const Grown change = grown(*before, with_panel(bare, x));
+    const auto visibility = make_ray_visibility(change.surface->mesh);
+    std::vector<CellId> now(before->cells.cells.size(), CellId::none);
+    std::vector<ChangedSphere> changed;
+    const auto add = [&](const Cell& cell) { changed.push_back({cell.centroid, cell.radius}); };
+    for (CellId cell{0}; cell < change.growth.changed.size(); ++cell) {
+      if (change.growth.changed[cell] == 0) {
+        now[change.growth.previous_cell[cell]] = cell;
+      } else {
+        add(change.surface->cells.cells[cell]);
+      }
+    }
+    for (CellId cell{0}; cell < now.size(); ++cell) {
+      if (now[cell] == CellId::none) add(before->cells.cells[cell]);
+    }
+    pictures.follow(now);
+    for (ViewSlot slot{0}; slot < kMostViews; ++slot) {
+      const Camera camera = room_camera(slot).shrunk_to(slot % 2 == 0 ? 64 : 161);
+      const std::vector<CellPixels> counted = pictures.count(slot, camera, *visibility, change.surface->cells, changed);
+      const std::vector<CellPixels> anew = count_cell_pixels(visibility->trace(camera), change.surface->cells);
+      REQUIRE(counted.size() == anew.size());
+      for (std::size_t i = 0; i < anew.size(); ++i) {
+        REQUIRE(counted[i].cell == anew[i].cell);
+        REQUIRE(counted[i].pixels == anew[i].pixels);
+      }
+    }
+    before = change.surface;
+  }
 }
 
 TEST_CASE("depths that are left for later follow view by view, once for two surfaces") {

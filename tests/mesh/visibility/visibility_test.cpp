@@ -182,6 +182,27 @@ TEST_CASE("a part of the buffer is that part of the whole to the bit, and nothin
       std::invalid_argument);
 }
 
+TEST_CASE("wanted pixels are those of the whole to the bit") {
+  const RayVisibility visibility(random_triangles(300, 9));
+  const Camera camera = straight_camera().scaled_to(161, 119);
+  const VisibilityBuffer whole = visibility.trace(camera);
+  std::mt19937 random(4);
+  for (const std::uint32_t one_of : {1u, 2u, 30u, 2000u}) {
+    std::vector<std::uint8_t> wanted(whole.face.size());
+    for (std::uint8_t& pixel : wanted) pixel = random() % one_of == 0 ? 1 : 0;
+    VisibilityBuffer part;
+    visibility.trace_wanted(camera, wanted, part);
+    REQUIRE(part.face.size() == whole.face.size());
+    for (std::size_t pixel = 0; pixel < wanted.size(); ++pixel) {
+      if (wanted[pixel] == 0) continue;
+      if (part.face[pixel] != whole.face[pixel] || part.depth[pixel] != whole.depth[pixel]) FAIL_CHECK(pixel);
+    }
+  }
+  VisibilityBuffer part;
+  CHECK_THROWS_WITH(visibility.trace_wanted(camera, std::vector<std::uint8_t>(3, 1), part),
+                    Catch::Contains("wanted has 3 values, must have one per pixel of 161x119"));
+}
+
 TEST_CASE("a window of the buffer is that window of the whole to the bit") {
   const RayVisibility visibility(random_triangles(300, 9));
   const Camera camera = straight_camera().scaled_to(801, 599);
