@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "mesh/repair/growing_repair.h"
 
+#include <tbb/task_arena.h>
+
 #include <algorithm>
 #include <array>
 #include <bit>
@@ -237,6 +239,34 @@ TEST_CASE("faces far from a change are turned round as soon as those that turn a
     const Mesh at_once = GrowingRepair().next({grown.soup, {}}).mesh;
     CHECK(made.faces == at_once.faces);
     CHECK(made.positions == at_once.positions);
+  }
+}
+
+TEST_CASE("a mesh of many chunks that grows is the same to the byte for any number of threads, and made at once") {
+  const auto versions = [](int threads) {
+    std::vector<Mesh> meshes;
+    tbb::task_arena(threads).execute([&] {
+      GrowingRepair growing;
+      GrownSoup grown = opposed_sheets(30'000, 29'000);
+      meshes.push_back(growing.next(grown).mesh);
+      for (std::uint32_t i = 0; i < grown.soup.positions.size(); ++i) grown.previous_position.emplace_back(i);
+      // Each version has more holes in the larger sheet, until it is the smaller one.
+      for (std::uint32_t version = 1; version < 5; ++version) {
+        std::uint32_t face = 0;
+        std::erase_if(grown.soup.faces, [&](const glm::uvec3&) { return ++face % 97 == version && face < 60'000; });
+        meshes.push_back(growing.next(grown).mesh);
+        const Mesh at_once = GrowingRepair().next({grown.soup, {}}).mesh;
+        CHECK(meshes.back().faces == at_once.faces);
+        CHECK(meshes.back().positions == at_once.positions);
+      }
+    });
+    return meshes;
+  };
+  const std::vector<Mesh> one = versions(1), two = versions(2);
+  REQUIRE(one.size() == two.size());
+  for (std::size_t i = 0; i < one.size(); ++i) {
+    CHECK(one[i].faces == two[i].faces);
+    CHECK(one[i].positions == two[i].positions);
   }
 }
 
