@@ -83,28 +83,48 @@ class PartMaker {
   Mesh part(std::span<const FaceId> faces) {
     Mesh part;
     part.faces.reserve(faces.size());
-    std::vector<std::uint32_t> vertices;
-    for (const FaceId face : faces) {
-      glm::uvec3 corners = mesh_.faces[face];
-      for (int corner = 0; corner < 3; ++corner) {
-        std::uint32_t& number = number_[corners[corner]];
-        if (number == kUnnumbered) {
-          number = static_cast<std::uint32_t>(vertices.size());
-          vertices.push_back(corners[corner]);
-          part.positions.push_back(mesh_.positions[corners[corner]]);
-        }
-        corners[corner] = number;
-      }
-      part.faces.push_back(corners);
-    }
-    for (const std::uint32_t vertex : vertices) number_[vertex] = kUnnumbered;
+    for (const FaceId face : faces) part.faces.push_back(numbered(face));
+    part.positions.reserve(vertices_.size());
+    for (const std::uint32_t vertex : vertices_) part.positions.push_back(mesh_.positions[vertex]);
+    forget_numbers();
     return part;
   }
 
+  // Returns whether part() would return that mesh.
+  bool is_part(std::span<const FaceId> faces, const Mesh& part) {
+    bool same = faces.size() == part.faces.size();
+    for (std::size_t i = 0; same && i < faces.size(); ++i) same = numbered(faces[i]) == part.faces[i];
+    same = same && vertices_.size() == part.positions.size();
+    for (std::size_t i = 0; same && i < vertices_.size(); ++i) {
+      same = mesh_.positions[vertices_[i]] == part.positions[i];
+    }
+    forget_numbers();
+    return same;
+  }
+
  private:
+  // Returns the face with its vertices numbered as the faces of a part name them first.
+  glm::uvec3 numbered(FaceId face) {
+    glm::uvec3 corners = mesh_.faces[face];
+    for (int corner = 0; corner < 3; ++corner) {
+      std::uint32_t& number = number_[corners[corner]];
+      if (number == kUnnumbered) {
+        number = static_cast<std::uint32_t>(vertices_.size());
+        vertices_.push_back(corners[corner]);
+      }
+      corners[corner] = number;
+    }
+    return corners;
+  }
+  void forget_numbers() {
+    for (const std::uint32_t vertex : vertices_) number_[vertex] = kUnnumbered;
+    vertices_.clear();
+  }
+
   static constexpr std::uint32_t kUnnumbered = std::numeric_limits<std::uint32_t>::max();
   const Mesh& mesh_;
-  std::vector<std::uint32_t> number_;  // by vertex, in the part that is made
+  std::vector<std::uint32_t> number_;    // by vertex, in the part that is made
+  std::vector<std::uint32_t> vertices_;  // of that part, in the order of their numbers
 };
 
 }  // namespace
@@ -137,13 +157,13 @@ std::unique_ptr<Visibility> GrowingVisibility::of(const Mesh& mesh) {
   tbb::parallel_for(std::size_t{0}, cubes.keys.size(), [&](std::size_t cube) {
     const std::span<const FaceId> faces(cubes.faces.data() + cubes.first[cube],
                                         cubes.first[cube + 1] - cubes.first[cube]);
-    Mesh part = makers.local().part(faces);
+    PartMaker& maker = makers.local();
     const auto before = state.parts.find(cubes.keys[cube]);
-    if (before != state.parts.end() && before->second->mesh.positions == part.positions &&
-        before->second->mesh.faces == part.faces) {
+    if (before != state.parts.end() && maker.is_part(faces, before->second->mesh)) {
       traced.parts[cube] = before->second;
       return;
     }
+    Mesh part = maker.part(faces);
     ++made;
     auto anew = std::make_shared<TracedPart>();
     anew->scene = make_embree_scene(state.device->get(), part, RTC_BUILD_QUALITY_MEDIUM);
