@@ -248,9 +248,16 @@ TriangleSoup LiveSurface::joined_pieces() const {
 GrownSoup LiveSurface::grown_pieces() {
   GrownSoup grown;
   grown.soup = joined_pieces();
+  grown.previous_face.reserve(grown.soup.faces.size());
   std::uint32_t first = 0;
   for (auto& [id, piece] : pieces_) {
     const std::size_t count = piece.soup.positions.size();
+    const bool stays = piece.first_vertex && !piece.before;
+    const auto first_face = static_cast<std::uint32_t>(grown.previous_face.size());
+    for (std::uint32_t i = 0; i < piece.soup.faces.size(); ++i) {
+      grown.previous_face.push_back(stays ? FaceId(piece.first_face + i) : FaceId::none);
+    }
+    piece.first_face = first_face;
     if (!piece.first_vertex) {
       grown.previous_position.resize(first + count, VertexId::none);
     } else if (piece.before) {
@@ -292,7 +299,10 @@ void LiveSurface::guess_distance() {
 GrownMesh LiveSurface::joined_mesh(bool follows, GrowingTimes& times) {
   auto start = std::chrono::steady_clock::now();
   GrownSoup grown = grown_pieces();
-  if (!follows) grown.previous_position.clear();
+  if (!follows) {
+    grown.previous_position.clear();
+    grown.previous_face.clear();
+  }
   times.cutting = lap_ms(start);
   GrownMesh made = of_pieces([&] {
     GrownMesh whole = repair_.next(std::move(grown));

@@ -148,6 +148,7 @@ class LiveSurface {
     TriangleSoup soup;
     std::optional<TriangleSoup> before;         // that it has replaced since the last version
     std::optional<std::uint32_t> first_vertex;  // of the piece in the last version
+    std::uint32_t first_face = 0;               // there
   };
   std::map<std::uint32_t, Piece> pieces_;
   GrowingRepair repair_;
