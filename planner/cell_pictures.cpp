@@ -10,7 +10,7 @@ namespace lumatlas {
 
 namespace {
 
-constexpr CellId kChanged{0xFFFFFFFEU};  // of a pixel that showed a cell which is changed or gone
+constexpr CellId kChanged{0xFFFFFFFEU};  // marks a pixel that may show what has changed
 constexpr double kAround = 1;            // pixels around a sphere that count as its own, because of rounding
 
 bool is_same(const Camera& a, const Camera& b) {
@@ -66,10 +66,14 @@ std::vector<CellPixels> counts_of(std::span<const CellId> picture, std::size_t c
 
 }  // namespace
 
-void CellPictures::follow(std::span<const CellId> now) {
+void CellPictures::follow(std::span<const CellId> now, std::span<const ChangedSphere> changed) {
   for (auto& [slot, picture] : pictures_) {
-    for (CellId& cell : picture.cells) {
-      if (cell == CellId::none) continue;
+    std::vector<std::uint8_t> marked(picture.cells.size(), 0);
+    for (const ChangedSphere& sphere : changed) mark_pixels(picture.camera, sphere, marked);
+    for (std::size_t pixel = 0; pixel < marked.size(); ++pixel) {
+      CellId& cell = picture.cells[pixel];
+      if (marked[pixel] != 0) cell = kChanged;
+      if (cell == CellId::none || cell == kChanged) continue;
       const CellId number = cell < now.size() ? now[cell] : CellId::none;
       cell = number == CellId::none ? kChanged : number;
     }
@@ -77,14 +81,13 @@ void CellPictures::follow(std::span<const CellId> now) {
 }
 
 std::vector<CellPixels> CellPictures::count(ViewSlot slot, const Camera& camera, const Visibility& visibility,
-                                            const Cells& cells, std::span<const ChangedSphere> changed) {
+                                            const Cells& cells) {
   Picture picture{camera, {}};
   std::vector<std::uint8_t> wanted(std::size_t{camera.width} * camera.height, 1);
   const auto known = pictures_.find(slot);
   if (known != pictures_.end() && is_same(known->second.camera, camera)) {
     picture = std::move(known->second);
     for (std::size_t pixel = 0; pixel < wanted.size(); ++pixel) wanted[pixel] = picture.cells[pixel] == kChanged;
-    for (const ChangedSphere& sphere : changed) mark_pixels(camera, sphere, wanted);
   } else {
     picture.cells.resize(wanted.size());
   }
@@ -103,7 +106,7 @@ std::vector<CellPixels> CellPictures::count(ViewSlot slot, const Camera& camera,
 
 void CellPictures::keep_only(std::span<const ViewSlot> slots) {
   std::erase_if(pictures_, [&](const auto& entry) {
-    return std::find(slots.begin(), slots.end(), ViewSlot(entry.first)) == slots.end();
+    return !std::binary_search(slots.begin(), slots.end(), ViewSlot(entry.first));
   });
 }
 

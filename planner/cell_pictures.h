@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Says which cells stored views show, and keeps that from one surface to the next, so that only pixels that may show a
-// change are looked at again. A picture of 160 x 120 pixels takes 77 KB.
+// change are looked at again. A picture takes 4 bytes a pixel.
 #pragma once
 
 #include <cstdint>
@@ -23,15 +23,16 @@ struct ChangedSphere {
 
 class CellPictures {
  public:
-  // The surface has become another. `now`: for each cell before its number now; CellId::none: it is changed or gone.
-  void follow(std::span<const CellId> now);
-  // Returns what count_cell_pixels() returns of what the view shows, and keeps its picture. If that of the surface
-  // before was kept, of the same camera, only pixels that may show one of the spheres are traced: all that is changed,
-  // new or gone must be within these. Throws what trace_wanted() throws, and std::out_of_range for a face that `cells`
-  // do not know.
+  // Follows a surface that has become another. `now`: for each cell before its number now; CellId::none: it is changed
+  // or gone. All that is changed, new or gone must be within the spheres.
+  void follow(std::span<const CellId> now, std::span<const ChangedSphere> changed);
+  // Returns what count_cell_pixels() returns of what the view shows, and keeps its picture. If one of the same camera
+  // was kept, only pixels that may show what has changed since are traced; along an edge between cells, a pixel may
+  // show the other one then. Throws what trace_wanted() throws, and std::out_of_range for a face that `cells` do not
+  // know.
   [[nodiscard]] std::vector<CellPixels> count(ViewSlot slot, const Camera& camera, const Visibility& visibility,
-                                              const Cells& cells, std::span<const ChangedSphere> changed);
-  // Forgets the pictures of all other slots.
+                                              const Cells& cells);
+  // Forgets the pictures of all other slots. `slots` ascend.
   void keep_only(std::span<const ViewSlot> slots);
 
  private:

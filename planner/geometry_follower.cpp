@@ -86,11 +86,10 @@ bool GeometryFollower::make_depth_again(ViewSlot slot) {
   return !same_depth;
 }
 
-// `changed`: where the surface has changed since the pictures were taken.
-void GeometryFollower::count_again(ViewSlot slot, CellPictures& pictures, std::span<const ChangedSphere> changed) {
+void GeometryFollower::count_again(ViewSlot slot, CellPictures& pictures) {
   const Camera small = planner_.planning_camera(planner_.atlas_.view(slot)->camera);
   const std::vector<CellPixels> seen =
-      pictures.count(slot, small, *planner_.visibility_, planner_.atlas_.surface()->cells, changed);
+      pictures.count(slot, small, *planner_.visibility_, planner_.atlas_.surface()->cells);
   planner_.atlas_.mark_seen(seen);
   planner_.store_.count_again(slot, planner_.parts(small, seen));
 }
@@ -137,18 +136,18 @@ SurfaceUpdate GeometryFollower::update_surface(std::shared_ptr<const Surface> su
   const std::vector<ChangedSphere> spheres = spheres_of_change(before->cells, surface->cells, previous_cell, changed);
   const std::vector<ViewSlot> again = views_of_change(spheres, cells_now);
   planner_.atlas_.replace_surface(std::move(surface), previous_cell);
+  // Until all views are counted, the planner has no pictures: they would be of another surface after an exception.
+  CellPictures pictures = std::exchange(planner_.pictures_, {});
   const std::shared_ptr<const Surface> now = planner_.atlas_.surface();
   planner_.store_.follow(*now, again, unchanged);
   planner_.visibility_ = &visibility;
   planner_.refiner_.set_visibility(visibility);
-  // Until all views are counted, the planner has no pictures: they would be of another surface after an exception.
-  CellPictures pictures = std::exchange(planner_.pictures_, {});
   pictures.keep_only(planner_.store_.held_slots());
-  pictures.follow(cells_now);
+  pictures.follow(cells_now, spheres);
   SurfaceUpdate update;
   update.views_seen_again = static_cast<std::uint32_t>(again.size());
   for (const ViewSlot slot : again) {
-    count_again(slot, pictures, spheres);
+    count_again(slot, pictures);
     if (depths == DepthRenewal::now) {
       update.depths_made_again += make_depth_again(slot);
     } else if (std::find(planner_.old_depths_.begin(), planner_.old_depths_.end(), slot) ==
@@ -181,7 +180,7 @@ SurfaceUpdate GeometryFollower::move_views(std::span<const ViewPose> poses) {
   SurfaceUpdate update;
   update.views_seen_again = static_cast<std::uint32_t>(moved.size());
   for (const ViewSlot slot : moved) {
-    count_again(slot, planner_.pictures_, {});
+    count_again(slot, planner_.pictures_);
     update.depths_made_again += make_depth_again(slot);
   }
   planner_.store_.offer_again(moved, std::vector<std::uint8_t>(cells, 0));

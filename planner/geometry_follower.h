@@ -62,7 +62,7 @@ class GeometryFollower {
   [[nodiscard]] std::vector<ViewSlot> views_of_change(std::span<const ChangedSphere> spheres,
                                                       std::span<const CellId> now) const;
   bool make_depth_again(ViewSlot slot);
-  void count_again(ViewSlot slot, CellPictures& pictures, std::span<const ChangedSphere> changed);
+  void count_again(ViewSlot slot, CellPictures& pictures);
 
   Planner& planner_;
 };

@@ -43,13 +43,12 @@ class GrowingRepair {
   // Returns what repair() makes of the soup without an offset, except for the order of the vertices: they come in the
   // order in which faces use them first. The mesh follows from the soup alone, to the bit. `previous_position` and
   // `previous_face` refer to the soup of the last call that returned. Time: that of repair() for the faces around
-  // positions at which a face came or went, and a small share of that for all others. That of repair() for all faces
-  // where faces turn against each other, as a soup of several scans may have them, because which of them are turned
-  // round depends on all; and where faces that stay have changed their order, because of faces between the same three
-  // points the first one is kept. Throws InputError if no face is left, and std::invalid_argument for a soup with
-  // colours, with a face that refers to no position, or with more than 5e8 faces or positions, and unless
-  // `previous_position` is empty or has one entry per position, each a position that was there, and `previous_face` is
-  // as described. This stays as it was then.
+  // positions at which a face came or went, and a small share of that for all others. Where faces turn against each
+  // other, as a soup of several scans may have them, a few passes over all faces besides. That of repair() for all
+  // faces where faces that stay have changed their order, because of faces between the same three points the first one
+  // is kept. Throws InputError if no face is left, and std::invalid_argument for a soup with colours, with a face that
+  // refers to no position, or with more than 5e8 faces or positions, and unless `previous_position` is empty or has one
+  // entry per position, each a position that was there, and `previous_face` is as described. This stays as it was then.
   [[nodiscard]] GrownMesh next(GrownSoup grown);
   // Returns how many faces the last call looked at again.
   [[nodiscard]] std::size_t faces_repaired() const;

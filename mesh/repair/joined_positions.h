@@ -17,7 +17,7 @@ using PointOfPosition = std::vector<VertexId>;
 
 struct JoinedPositions {
   PointOfPosition point;
-  // By position before that stood for others and is gone: the one that stands for them now.
+  // For each position before that stood for all at its place and is gone: the one that stands for them now.
   std::unordered_map<std::uint32_t, VertexId> heirs;
 };
 

@@ -146,11 +146,11 @@ KeptFaces kept_faces(const SoupVersions& versions) {
   KeptFaces kept;
   if (versions.previous_face.empty()) {
     kept.before.assign(count, FaceId::none);
-    if (versions.previous_position.empty()) return kept;
   } else {
     check_previous_faces(versions);
     kept.before.assign(versions.previous_face.begin(), versions.previous_face.end());
   }
+  if (versions.previous_position.empty()) return kept;
   match_by_corners(versions, unmatched_faces(kept.before, versions.faces_before.size()), kept);
   kept.in_order = ascends(kept.before);
   return kept;

@@ -238,10 +238,11 @@ TEST_CASE("what a view shows is counted as if it were traced anew, wherever the 
     for (CellId cell{0}; cell < now.size(); ++cell) {
       if (now[cell] == CellId::none) add(before->cells.cells[cell]);
     }
-    pictures.follow(now);
+    pictures.follow(now, changed);
     for (ViewSlot slot{0}; slot < kMostViews; ++slot) {
+      if ((round + slot) % 3 == 0) continue;  // a picture that is not counted keeps what has changed meanwhile
       const Camera camera = room_camera(slot).shrunk_to(slot % 2 == 0 ? 64 : 161);
-      const std::vector<CellPixels> counted = pictures.count(slot, camera, *visibility, change.surface->cells, changed);
+      const std::vector<CellPixels> counted = pictures.count(slot, camera, *visibility, change.surface->cells);
       const std::vector<CellPixels> anew = count_cell_pixels(visibility->trace(camera), change.surface->cells);
       REQUIRE(counted.size() == anew.size());
       for (std::size_t i = 0; i < anew.size(); ++i) {

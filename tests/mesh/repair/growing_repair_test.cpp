@@ -382,6 +382,9 @@ TEST_CASE("a growing repair refuses lists that do not fit, and goes on from the 
   bad.previous_face.assign(18, FaceId::none);
   bad.previous_face[7] = 7;
   refuses(bad, "previous_face names 7, whose positions are all new");
+  bad.previous_face[7] = FaceId::none;  // nothing stays: that is no fault
+  CHECK(form_of(growing.next(bad).mesh) == form_of(GrowingRepair().next(bad).mesh));
+  (void)growing.next(good);
   bad = GrownSoup{};
   CHECK_THROWS_AS(growing.next(bad), InputError);
   CHECK(form_of(growing.next(good).mesh) == form_of(first.mesh));

@@ -13,11 +13,12 @@
 
 namespace lumatlas {
 
-// A vertex, as the faces of a block name it, which use those of eight blocks: the vertices of the block that is
-// `block_up_to(corner_block(code))` before their own, by their number in that block.
+// Names a vertex for the faces of a block, which use vertices of eight blocks: the block, block_up_to() of
+// corner_block() before their own, and the vertex's number in it. So kBlockVoxels + 1 is vertex 1 of block 1 of eight.
 using CornerCode = std::uint16_t;
 
-[[nodiscard]] inline CornerCode corner_code(std::size_t block, std::size_t vertex) {  // of 8, of kBlockVoxels
+// `block` is below 8, and `vertex` below kBlockVoxels.
+[[nodiscard]] inline CornerCode corner_code(std::size_t block, std::size_t vertex) {
   return static_cast<CornerCode>(block * kBlockVoxels + vertex);
 }
 [[nodiscard]] inline std::size_t corner_block(CornerCode code) {
