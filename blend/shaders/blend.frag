@@ -3,7 +3,8 @@
 // al. 2019, section 3.1; the same formula as blend/reference.cpp. CELLS is how many cells of a zone are looked at, 1, 2
 // or 4. A view that several of them refer to is looked at once, and only views that count are asked for colour. In the
 // variant SAMPLES a pixel is the mean over its samples; where none sees the surface, it stays what it was. In the
-// variant ONE_CELL each pixel is the blend of the cell that has most of it: cells do not fade into each other.
+// variant ONE_CELL all cells of a zone count as one, to which all their references belong, and do not fade into each
+// other.
 
 #include "picture.glsl"
 #include "fetches.glsl"
@@ -38,14 +39,10 @@ float best[CELLS * (BLENDED_VIEWS + 1)];
 uint view_of[CELLS * (BLENDED_VIEWS + 1)];
 float counts[CELLS * BLENDED_VIEWS];
 
-#ifdef ONE_CELL
-uint looked_at = 0u;  // number in its zone of the cell that is looked at
-#endif
-
-// Returns a bit for each of the cells that are looked at which refers to the view.
+// Returns a bit for each cell that is looked at and refers to the view.
 uint looking_cells(uint reference) {
 #ifdef ONE_CELL
-  return cells_of(reference) >> looked_at & 1u;
+  return cells_of(reference) != 0u ? 1u : 0u;
 #else
   return cells_of(reference);
 #endif
@@ -205,12 +202,6 @@ bool blend_views(uvec2 range, vec4 shares, vec3 world, float z, float deviation,
 // Returns the surface's colour in the picture's exposure, and PixelState, for a pixel that shows it.
 vec4 shade(Surface surface, vec2 image) {
 #ifdef ONE_CELL
-  float most = surface.shares.x;
-  looked_at = 0u;
-  for (int cell = 1; cell < 4; ++cell) {
-    if (surface.shares[cell] > most) looked_at = uint(cell);
-    most = max(most, surface.shares[cell]);
-  }
   surface.shares = vec4(1.0, 0.0, 0.0, 0.0);
 #endif
   vec3 world = world_from_pixel(image, surface.z);

@@ -153,8 +153,9 @@ export class Viewer {
     this.taken = null;  // the scene whose tables are there
     /** @type {Fence | null} */
     this.fence = null;
-    /** @type {{pictures: boolean, share: number, isDraft: boolean, still?: boolean}} */
-    this.shown = {pictures: false, share: 1, isDraft: false};
+    // `isFirst`: the first of its kind, or one that made something for those that follow, which took time.
+    /** @type {{pictures: boolean, share: number, isDraft: boolean, isFirst: boolean, still?: boolean}} */
+    this.shown = {pictures: false, share: 1, isDraft: false, isFirst: false};
     /** @type {Work & {now: number}} */
     this.asked = {now: 0, pixels: 1, of: 'whole'};
     /** @type {PictureTarget | null} */
@@ -801,7 +802,8 @@ export class Viewer {
     if (this.dirty) {
       this.drawNow();
       const {width, height} = this.target ?? {width: 1, height: 1};
-      this.watch(now, {pixels: width * height, of: this.shown.pictures ? 'frame' : 'whole'});
+      const isUsual = this.shown.pictures && !this.shown.isFirst;
+      this.watch(now, {pixels: width * height, of: isUsual ? 'frame' : 'whole'});
     } else if (now - this.changedAt > STILL_AFTER_MS) {
       const work = this.refine();
       if (work.of !== 'nothing') this.watch(now, work);
@@ -829,8 +831,8 @@ export class Viewer {
   }
 
   // Draws an interactive frame of that size.
-  drawNow(size = this.sizes.next()) {
-    const isDraft = this.sizes.isDraft && this.renderer.readyForDrafts();
+  drawNow(size = this.sizes.next(), mayBeDraft = this.mode === 'picture') {
+    const isDraft = mayBeDraft && this.sizes.isDraft && this.renderer.readyForDrafts();
     const target = this.drawTarget(this.camera(...size), isDraft);
     this.present(target, this.sizes.canvasFor(target));
   }
@@ -856,7 +858,8 @@ export class Viewer {
     if (this.mode !== 'picture' || !pictures) {
       renderer.drawMode(target, pictures || this.mode === 'geometry' ? this.mode : 'colours');
     }
-    this.shown = {pictures, share: this.sizes.share, isDraft};
+    const isFirst = isDraft !== this.shown.isDraft || renderer.hasPrepared;
+    this.shown = {pictures, share: this.sizes.share, isDraft, isFirst};
     if (pictures) this.quietly(this.look());
     if (!ready && renderer.photographs) this.waitForPrograms();
     return target;
@@ -960,7 +963,7 @@ export class Viewer {
   /** @returns {Generator<Work, void>} */
   *refineMode() {
     const [width, height] = this.sizes.moving();
-    this.drawNow([width, height]);
+    this.drawNow([width, height], false);
     yield {pixels: width * height, of: 'whole'};
     this.stale ||= this.mode === 'picture' && this.shown.pictures;  // the first photograph came
   }

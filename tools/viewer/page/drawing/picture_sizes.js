@@ -5,10 +5,10 @@ import {MOST_PART_PX} from './renderer.js';
 /** @import {Quality, Size} from '../types.d.ts' */
 
 const SLOW_MS = 40;        // an interactive frame that the GPU takes longer for makes the next one smaller
-const FAST_MS = 15;
+const FAST_MS = 20;        // above a frame of a screen that shows 60 a second
 const LEAST_SHARE = 0.2;   // least share of an interactive frame's pixels along a side
 const FIRST_SHARE = 0.5;
-const DRAFT_SHARE = 0.5;   // share of the pixels along a side below which interactive frames become drafts
+const DRAFT_SHARE = 0.4;   // share of the pixels along a side below which interactive frames become drafts
 const MOST_CHANGE = 1.6;   // factor of the share from one frame to the next
 const MOST_CANVAS_PART = 4;       // pixels of the window for one of the canvas along a side, on a slow GPU
 const MOST_PIXELS = 2.1e6;        // pixels of an interactive frame
@@ -37,7 +37,7 @@ export class PictureSizes {
     /** @type {Quality} */
     this.quality = 'auto';
     this.share = FIRST_SHARE;
-    this.isDraft = false;  // interactive frames are drafts: on a GPU that would draw fewer pixels otherwise
+    this.isDraft = false;  // whether interactive frames are drafts
     this.measured = 0;  // interactive frames whose time is known
     /** @type {number | null} */
     this.pixelMs = null;  // that the GPU took for a pixel last

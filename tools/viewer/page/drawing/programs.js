@@ -19,7 +19,6 @@ const PASSES = {
   edge_rows: {fragment: 'edge_rows.frag'},
   soft_edges: {fragment: 'soft_edges.frag'},
   blend: {fragment: 'blend.frag'},
-  draft_surface: {vertex: 'surface.vert', fragment: 'surface.frag', defines: '#define ONE_CELL\n'},
   draft: {fragment: 'blend.frag', defines: '#define ONE_CELL\n#define LINEAR_SAMPLING\n'},
   samples: {fragment: 'blend.frag', defines: '#define SAMPLES\n'},
   diagnose: {fragment: 'diagnose.frag'},

@@ -81,6 +81,7 @@ export class Renderer {
     /** @type {Photographs | null} */
     this.photographs = null;
     this.mostBytes = 0;
+    this.hasPrepared = false;  // draw() made something for the pictures that follow
     /** @type {Camera | null} */
     this.camera = null;  // that describe() was told of
   }
@@ -100,7 +101,7 @@ export class Renderer {
 
   // Returns whether the program for drafts is compiled; starts compiling it.
   readyForDrafts() {
-    return [this.programs.ready('draft', 1), this.programs.ready('draft_surface')].every(Boolean);
+    return this.programs.ready('draft', 1);
   }
 
   // Returns whether there are faces that CELLS_OF_SHADER[i] cells share.
@@ -276,24 +277,27 @@ export class Renderer {
     this.endSurface();
   }
 
-  // The surface of a draft. Where it has more faces than the target has pixels, its pieces are drawn with fewer, which
-  // are made for one piece a picture.
+  // Draws a draft's surface. Where it has more faces than the target has pixels, its pieces are drawn with fewer, which
+  // are made for one piece a picture. Returns whether that was done for this one.
   /** @param {PictureTarget} target */
   drawDraftSurface(target) {
-    const {gl, camera} = this;
-    if (!camera) return;
+    const {camera} = this;
+    if (!camera) return false;
     const seen = this.surface.seenBy(camera);
     const faces = seen.reduce((sum, piece) => sum + piece.faces(), 0);
     const dense = faces > target.width * target.height ? seen.filter((piece) => piece.isWhole) : [];
-    dense.find((piece) => !piece.clustered)?.makeClustered();
+    const next = dense.find((piece) => !piece.clustered);
+    next?.makeClustered();
+    if (next) this.noteBytes();
     const fewer = new Set(dense.filter((piece) => piece.clustered));
     this.beginSurface(target, true);
     this.drawPieces(seen.filter((piece) => !fewer.has(piece)), true, false);
-    const program = this.programs.use('draft_surface');
-    gl.uniform1ui(program.uniform('variant'), 0);
-    gl.stencilFunc(gl.ALWAYS, 1, 0xFF);
+    const program = this.programs.use('surface');
+    this.gl.uniform1ui(program.uniform('variant'), 0);
+    this.gl.stencilFunc(this.gl.ALWAYS, 1, 0xFF);
     for (const piece of fewer) piece.drawClustered(program.uniform('first_zone'));
     this.endSurface();
+    return Boolean(next);
   }
 
   /** @param {SurfaceTarget} target @param {boolean} marks */
@@ -369,7 +373,7 @@ export class Renderer {
     gl.disable(gl.STENCIL_TEST);
   }
 
-  // A draft: cells do not fade into each other, and photographs are sampled coarsely.
+  // Draws a draft: the cells of a zone count as one, and photographs are sampled linearly.
   /** @param {PictureTarget} target */
   drawDraft(target) {
     const {gl} = this;
@@ -480,8 +484,8 @@ export class Renderer {
     this.setState();
     this.describe(camera, nearbyExposure(this.scene, camera));
     const target = this.pictureTarget('moving', camera.width, camera.height);
-    if (isDraft) this.drawDraftSurface(target);
-    else this.drawSurface(target, true);
+    this.hasPrepared = isDraft && this.drawDraftSurface(target);
+    if (!isDraft) this.drawSurface(target, true);
     if (this.ready()) {
       this.bindTables();
       this.surface.rank(camera, this.scene);

@@ -78,7 +78,7 @@ export class SurfacePiece {
     return made;
   }
 
-  // A vertex array of faces with these corners.
+  // Makes a vertex array of faces with these corners.
   /** @param {Uint32Array<ArrayBuffer>} corners */
   vertexArray(corners) {
     const {gl} = this;
@@ -206,7 +206,8 @@ export class SurfacePiece {
   // Returns whether all faces are shown, each in its own place.
   get isWhole() {
     const {counts, shown} = this;
-    return counts.at(-1) === 0 && shown.every((count, group) => count === counts[group]);
+    const corners = shown.reduce((sum, each) => sum + each, 0);
+    return counts.at(-1) === 0 && corners === this.size[1];
   }
 
   // Makes the faces that drawClustered() draws.
@@ -217,7 +218,8 @@ export class SurfacePiece {
     gl.getBufferSubData(gl.ELEMENT_ARRAY_BUFFER, 0, corners);
     gl.bindVertexArray(null);
     const fewer = clusteredFaces(this.positions(), corners);
-    this.clustered = {vertices: this.vertexArray(fewer), count: fewer.length};
+    const vertices = fewer === corners ? this.vertices : this.vertexArray(fewer);
+    this.clustered = {vertices, count: fewer.length};
   }
 
   // Draws fewer faces in the place of all. The zone of a face is that of its last corner, and other corners may be in
