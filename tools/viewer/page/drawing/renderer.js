@@ -18,6 +18,10 @@ import {bindTexture, makeTexture} from './tables.js';
 /** @import {Background, Camera, Mode, Scene, Shaders, Size, Vector} from '../types.d.ts' */
 
 const SAMPLED = 4;                  // in the stencil: pixels that are means over samples
+// A draft draws all of at most this number of faces. Where there are more, a cell has many, and clusters are small
+// beside it. With this number of faces a pixel, clusters are some pixels wide.
+const MANY_FACES = 150000;
+const FACES_A_PIXEL = 4;
 const NOTHING = 0xFFFFFFFF;
 const BLOCK_BYTES = 192;
 const NEAR_DEPTH_AT = 108;         // bytes into the block
@@ -81,6 +85,7 @@ export class Renderer {
     /** @type {Photographs | null} */
     this.photographs = null;
     this.mostBytes = 0;
+    this.manyFaces = MANY_FACES;
     this.hasPrepared = false;  // draw() made something for the pictures that follow
     /** @type {Camera | null} */
     this.camera = null;  // that describe() was told of
@@ -277,15 +282,16 @@ export class Renderer {
     this.endSurface();
   }
 
-  // Draws a draft's surface. Where it has more faces than the target has pixels, its pieces are drawn with fewer, which
-  // are made for one piece a picture. Returns whether that was done for this one.
+  // Draws a draft's surface. Where more than `manyFaces` faces are seen, and FACES_A_PIXEL for each pixel, its pieces
+  // are drawn with fewer, which are made for one piece a picture. Returns whether that was done for this one.
   /** @param {PictureTarget} target */
   drawDraftSurface(target) {
     const {camera} = this;
     if (!camera) return false;
     const seen = this.surface.seenBy(camera);
     const faces = seen.reduce((sum, piece) => sum + piece.faces(), 0);
-    const dense = faces > target.width * target.height ? seen.filter((piece) => piece.isWhole) : [];
+    const most = Math.max(this.manyFaces, FACES_A_PIXEL * target.width * target.height);
+    const dense = faces > most ? seen.filter((piece) => piece.isWhole) : [];
     const next = dense.find((piece) => !piece.clustered);
     next?.makeClustered();
     if (next) this.noteBytes();
