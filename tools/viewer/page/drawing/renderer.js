@@ -362,34 +362,25 @@ export class Renderer {
     return program;
   }
 
+  // In a draft, the cells of a zone count as one, and photographs are sampled linearly.
   /** @param {PictureTarget} target */
-  drawBlend(target) {
+  drawBlend(target, isDraft = false) {
     const {gl} = this;
     gl.bindFramebuffer(gl.FRAMEBUFFER, target.blend);
     gl.viewport(0, 0, target.width, target.height);
     gl.clearBufferfv(gl.COLOR, 0, [0, 0, 0, 0]);
     gl.enable(gl.STENCIL_TEST);
     gl.stencilMask(0);
-    CELLS_OF_SHADER.forEach((cells, i) => {
-      if (!this.isDrawn(i)) return;
-      gl.stencilFunc(gl.EQUAL, i + 1, 0xFF);
-      this.drawScreen('blend', cells, target.surface);
-    });
-    gl.stencilMask(0xFF);
-    gl.disable(gl.STENCIL_TEST);
-  }
-
-  // Draws a draft: the cells of a zone count as one, and photographs are sampled linearly.
-  /** @param {PictureTarget} target */
-  drawDraft(target) {
-    const {gl} = this;
-    gl.bindFramebuffer(gl.FRAMEBUFFER, target.blend);
-    gl.viewport(0, 0, target.width, target.height);
-    gl.clearBufferfv(gl.COLOR, 0, [0, 0, 0, 0]);
-    gl.enable(gl.STENCIL_TEST);
-    gl.stencilMask(0);
-    gl.stencilFunc(gl.NOTEQUAL, 0, 0xFF);
-    this.drawScreen('draft', 1, target.surface);
+    if (isDraft) {
+      gl.stencilFunc(gl.NOTEQUAL, 0, 0xFF);
+      this.drawScreen('draft', 1, target.surface);
+    } else {
+      CELLS_OF_SHADER.forEach((cells, i) => {
+        if (!this.isDrawn(i)) return;
+        gl.stencilFunc(gl.EQUAL, i + 1, 0xFF);
+        this.drawScreen('blend', cells, target.surface);
+      });
+    }
     gl.stencilMask(0xFF);
     gl.disable(gl.STENCIL_TEST);
   }
@@ -495,8 +486,7 @@ export class Renderer {
     if (this.ready()) {
       this.bindTables();
       this.surface.rank(camera, this.scene);
-      if (isDraft) this.drawDraft(target);
-      else this.drawBlend(target);
+      this.drawBlend(target, isDraft);
       this.drawFade(target);
     }
     return target;
