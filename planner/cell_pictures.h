@@ -15,7 +15,7 @@
 
 namespace lumatlas {
 
-// A part of space in which the surface has changed.
+// A part of space in which the surface has changed, in the frame of the surface and in scene units.
 struct ChangedSphere {
   glm::dvec3 center;
   double radius;

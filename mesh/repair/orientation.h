@@ -14,8 +14,8 @@ namespace lumatlas {
 inline constexpr TriangleList::value_type kNoTriangle{~0U, ~0U, ~0U};
 
 // Returns the faces that orient_and_split() turns round, ascending. Entries of `faces` may be kNoTriangle. `suspects`:
-// vertices_without_one_fan(). Time: some passes over all faces in parallel, where suspects have an edge at
-// which faces turn against each other; one otherwise.
+// vertices_without_one_fan(). Time: some passes over all faces in parallel, where suspects have an edge at which faces
+// turn against each other; one otherwise.
 [[nodiscard]] std::vector<std::uint32_t> faces_to_turn(std::size_t vertices, const TriangleList& faces,
                                                        const std::vector<std::uint32_t>& suspects);
 
