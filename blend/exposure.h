@@ -22,7 +22,7 @@
 
 #include "atlas/snapshot.h"
 #include "blend/blend_options.h"
-#include "mesh/camera.h"
+#include "mesh/camera/camera.h"
 
 namespace lumatlas {
 

@@ -7,7 +7,7 @@
 #include "blend/blend_options.h"
 #include "blend/diagnosis.h"
 #include "blend/rendering.h"
-#include "mesh/camera.h"
+#include "mesh/camera/camera.h"
 #include "mesh/visibility/visibility.h"
 
 namespace lumatlas {

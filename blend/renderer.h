@@ -14,7 +14,7 @@
 #include "blend/diagnosis.h"
 #include "blend/next_snapshot.h"
 #include "blend/rendering.h"
-#include "mesh/camera.h"
+#include "mesh/camera/camera.h"
 
 namespace lumatlas {
 

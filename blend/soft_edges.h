@@ -32,7 +32,7 @@
 #include <vector>
 
 #include "atlas/images/photograph.h"
-#include "mesh/camera.h"
+#include "mesh/camera/camera.h"
 #include "mesh/visibility/visibility.h"
 
 namespace lumatlas {

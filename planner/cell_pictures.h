@@ -9,7 +9,7 @@
 #include <unordered_map>
 #include <vector>
 
-#include "mesh/camera.h"
+#include "mesh/camera/camera.h"
 #include "mesh/cells/cells.h"
 #include "mesh/visibility/visibility.h"
 

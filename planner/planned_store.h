@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "atlas/atlas.h"
-#include "mesh/camera.h"
+#include "mesh/camera/camera.h"
 #include "planner/coverage/coverage_ledger.h"
 #include "planner/coverage/offered_coverage.h"
 #include "planner/planner_options.h"

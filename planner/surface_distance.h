@@ -4,7 +4,7 @@
 
 #include <span>
 
-#include "mesh/camera.h"
+#include "mesh/camera/camera.h"
 #include "mesh/visibility/visibility.h"
 
 namespace lumatlas {

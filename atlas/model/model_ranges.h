@@ -4,7 +4,7 @@
 // can be read.
 #pragma once
 
-#include "mesh/camera.h"
+#include "mesh/camera/camera.h"
 #include "mesh/mesh.h"
 
 namespace lumatlas {

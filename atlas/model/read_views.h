@@ -15,7 +15,7 @@
 #include "atlas/tiles/tiles.h"
 #include "atlas/views/stored_view.h"
 #include "atlas/views/validity.h"
-#include "mesh/camera.h"
+#include "mesh/camera/camera.h"
 #include "mesh/mesh.h"
 
 namespace lumatlas {

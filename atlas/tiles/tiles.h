@@ -18,7 +18,7 @@
 #include "atlas/tiles/texel_format.h"
 #include "atlas/views/stored_view.h"
 #include "mesh/base/id.h"
-#include "mesh/camera.h"
+#include "mesh/camera/camera.h"
 #include "mesh/cells/cells.h"
 
 namespace lumatlas {

@@ -16,7 +16,7 @@
 #include "atlas/images/stored_photograph.h"
 #include "atlas/views/validity.h"
 #include "atlas/views/view_mask.h"
-#include "mesh/camera.h"
+#include "mesh/camera/camera.h"
 #include "mesh/visibility/visibility.h"
 
 namespace lumatlas {

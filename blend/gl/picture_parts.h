@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "blend/soft_edges.h"
-#include "mesh/camera.h"
+#include "mesh/camera/camera.h"
 
 namespace lumatlas {
 

@@ -25,7 +25,7 @@
 #include <vector>
 
 #include "blend/blend_options.h"
-#include "mesh/camera.h"
+#include "mesh/camera/camera.h"
 #include "mesh/visibility/visibility.h"
 
 namespace lumatlas {

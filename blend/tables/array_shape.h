@@ -7,7 +7,7 @@
 
 #include "atlas/snapshot.h"
 #include "atlas/tiles/texel_format.h"
-#include "mesh/camera.h"
+#include "mesh/camera/camera.h"
 
 namespace lumatlas {
 

@@ -17,7 +17,7 @@
 #include "blend/tables/fade_zone_shares.h"
 #include "blend/tables/ranked_references.h"
 #include "blend/tables/zone_mesh.h"
-#include "mesh/camera.h"
+#include "mesh/camera/camera.h"
 
 namespace lumatlas {
 

@@ -21,7 +21,7 @@
 
 #include "blend/blend_options.h"
 #include "blend/tables/zone_mesh.h"
-#include "mesh/camera.h"
+#include "mesh/camera/camera.h"
 
 namespace lumatlas {
 

@@ -7,7 +7,7 @@
 #include <glm/geometric.hpp>
 #include <glm/vec3.hpp>
 
-#include "mesh/camera.h"
+#include "mesh/camera/camera.h"
 
 namespace lumatlas {
 

@@ -7,7 +7,7 @@
 #include <limits>
 #include <span>
 
-#include "mesh/camera.h"
+#include "mesh/camera/camera.h"
 #include "mesh/mesh.h"
 
 namespace lumatlas {

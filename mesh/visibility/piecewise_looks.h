@@ -8,7 +8,7 @@
 #include <span>
 #include <vector>
 
-#include "mesh/camera.h"
+#include "mesh/camera/camera.h"
 #include "mesh/cancel_check.h"
 #include "mesh/mesh.h"
 #include "mesh/visibility/visibility.h"

@@ -7,7 +7,7 @@
 #include <glm/glm.hpp>
 #include <limits>
 
-#include "mesh/camera.h"
+#include "mesh/camera/camera.h"
 #include "mesh/visibility/embree_scene.h"
 #include "mesh/visibility/visibility.h"
 

@@ -4,7 +4,7 @@
 
 #include <cstdint>
 
-#include "mesh/camera.h"
+#include "mesh/camera/camera.h"
 #include "mesh/mesh.h"
 
 namespace lumatlas {

@@ -7,7 +7,7 @@
 #include <span>
 
 #include "mesh/base/pixel_rect.h"
-#include "mesh/camera.h"
+#include "mesh/camera/camera.h"
 #include "mesh/visibility/embree_scene.h"
 #include "mesh/visibility/visibility.h"
 

@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "mesh/base/id.h"
-#include "mesh/camera.h"
+#include "mesh/camera/camera.h"
 #include "mesh/cells/cells.h"
 #include "mesh/mesh.h"
 

@@ -3,7 +3,7 @@
 #pragma once
 
 #include "atlas/views/stored_view.h"
-#include "mesh/camera.h"
+#include "mesh/camera/camera.h"
 #include "mesh/visibility/visibility.h"
 #include "planner/coverage/seen_faces.h"
 

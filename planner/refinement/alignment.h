@@ -16,7 +16,7 @@
 #include <span>
 #include <vector>
 
-#include "mesh/camera.h"
+#include "mesh/camera/camera.h"
 #include "planner/refinement/pyramid.h"
 
 namespace lumatlas {

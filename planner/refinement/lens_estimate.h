@@ -22,8 +22,8 @@
 #include <vector>
 
 #include "atlas/atlas.h"
+#include "mesh/camera/lens_correction.h"
 #include "mesh/cancel_check.h"
-#include "mesh/lens_correction.h"
 #include "planner/refinement/joint/joint_cost.h"
 #include "planner/refinement/median_colors.h"
 #include "planner/refinement/surface_samples.h"

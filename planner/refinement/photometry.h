@@ -5,7 +5,7 @@
 
 #include <glm/vec3.hpp>
 
-#include "mesh/camera.h"
+#include "mesh/camera/camera.h"
 
 namespace lumatlas {
 

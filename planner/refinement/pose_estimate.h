@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "atlas/atlas.h"
-#include "mesh/camera.h"
+#include "mesh/camera/camera.h"
 #include "mesh/cancel_check.h"
 #include "planner/refinement/joint/joint_cost.h"
 #include "planner/refinement/median_colors.h"

@@ -15,9 +15,9 @@
 #include <vector>
 
 #include "atlas/atlas.h"
-#include "mesh/camera.h"
+#include "mesh/camera/camera.h"
+#include "mesh/camera/shutter_motion.h"
 #include "mesh/cancel_check.h"
-#include "mesh/shutter_motion.h"
 #include "planner/refinement/joint/joint_cost.h"
 #include "planner/refinement/lens_estimate.h"
 #include "planner/refinement/median_colors.h"

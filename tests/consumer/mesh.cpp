@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include <iostream>
 
-#include "mesh/camera.h"
+#include "mesh/camera/camera.h"
 
 int main() {
   lumatlas::Camera camera;

@@ -15,7 +15,7 @@
 #include "atlas/images/photograph.h"
 #include "blend/blend_options.h"
 #include "blend/rendering.h"
-#include "mesh/camera.h"
+#include "mesh/camera/camera.h"
 #include "mesh/mesh.h"
 #include "tests/support/temporary_folder.h"
 #include "tools/pipeline/build_model.h"

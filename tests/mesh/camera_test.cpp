@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "mesh/camera.h"
+#include "mesh/camera/camera.h"
 
 #include <catch2/catch.hpp>
 #include <glm/glm.hpp>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "mesh/shutter_motion.h"
+#include "mesh/camera/shutter_motion.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>

@@ -19,9 +19,9 @@
 #include <vector>
 
 #include "atlas/model/surface/chunked_surface.h"
-#include "mesh/camera.h"
-#include "mesh/lens_correction.h"
-#include "mesh/shutter_motion.h"
+#include "mesh/camera/camera.h"
+#include "mesh/camera/lens_correction.h"
+#include "mesh/camera/shutter_motion.h"
 #include "tools/pipeline/build_options.h"
 
 namespace lumatlas {

@@ -9,7 +9,7 @@
 
 #include "mesh/cells/cells.h"
 #include "mesh/mesh.h"
-#include "tools/scene/mesh_frame.h"
+#include "tools/scene/mesh/mesh_frame.h"
 #include "tools/scene/scene.h"
 
 namespace lumatlas {

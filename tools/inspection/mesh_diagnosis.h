@@ -12,7 +12,7 @@
 #include "mesh/mesh.h"
 #include "mesh/visibility/visibility.h"
 #include "tools/inspection/mesh_fit.h"
-#include "tools/scene/mesh_frame.h"
+#include "tools/scene/mesh/mesh_frame.h"
 #include "tools/scene/scene.h"
 #include "tools/surface/surface_input.h"
 

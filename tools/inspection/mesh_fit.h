@@ -22,7 +22,7 @@
 #include <vector>
 
 #include "mesh/visibility/visibility.h"
-#include "tools/scene/mesh_frame.h"
+#include "tools/scene/mesh/mesh_frame.h"
 #include "tools/scene/scene.h"
 #include "tools/scene/scene_points.h"
 

@@ -21,7 +21,7 @@
 #include <vector>
 
 #include "atlas/surface.h"
-#include "mesh/repair/growing_repair.h"
+#include "mesh/repair/growing/growing_repair.h"
 #include "mesh/visibility/growing_visibility.h"
 #include "mesh/visibility/visibility.h"
 #include "tools/meshing/depth/growing_fusion.h"

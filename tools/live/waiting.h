@@ -11,7 +11,7 @@
 #include <span>
 #include <string>
 
-#include "mesh/camera.h"
+#include "mesh/camera/camera.h"
 #include "planner/planner.h"
 #include "tools/meshing/depth/depth_fusion.h"
 

@@ -9,7 +9,7 @@
 #include <span>
 #include <vector>
 
-#include "mesh/camera.h"
+#include "mesh/camera/camera.h"
 
 namespace lumatlas {
 

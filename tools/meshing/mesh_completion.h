@@ -8,7 +8,7 @@
 #include <glm/vec3.hpp>
 #include <span>
 
-#include "mesh/camera.h"
+#include "mesh/camera/camera.h"
 #include "mesh/mesh.h"
 
 namespace lumatlas {

@@ -13,7 +13,7 @@
 #include "tools/base/progress.h"
 #include "tools/meshing/cut/visibility_cut.h"
 #include "tools/meshing/surface_trust.h"
-#include "tools/scene/mesh_frame.h"
+#include "tools/scene/mesh/mesh_frame.h"
 #include "tools/scene/scene.h"
 #include "tools/scene/scene_points.h"
 #include "tools/stereo/scene_stereo.h"

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "atlas/atlas.h"
-#include "mesh/camera.h"
+#include "mesh/camera/camera.h"
 #include "tools/picture/paths/kept_path.h"
 
 namespace lumatlas {

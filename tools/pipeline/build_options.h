@@ -16,7 +16,7 @@
 #include "tools/pipeline/surface/baked_texture.h"
 #include "tools/pipeline/surface/completed_surface.h"
 #include "tools/pipeline/view_stream.h"
-#include "tools/scene/mesh_frame.h"
+#include "tools/scene/mesh/mesh_frame.h"
 #include "tools/scene/scene.h"
 #include "tools/surface/surface_input.h"
 

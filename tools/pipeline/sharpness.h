@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "atlas/images/photograph.h"
-#include "mesh/camera.h"
+#include "mesh/camera/camera.h"
 
 namespace lumatlas {
 

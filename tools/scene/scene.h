@@ -9,10 +9,10 @@
 #include <vector>
 
 #include "atlas/images/photograph.h"
-#include "mesh/camera.h"
-#include "mesh/lens_correction.h"
+#include "mesh/camera/camera.h"
+#include "mesh/camera/lens_correction.h"
+#include "mesh/camera/shutter_motion.h"
 #include "mesh/mesh.h"
-#include "mesh/shutter_motion.h"
 #include "tools/scene/geo_reference.h"
 #include "tools/scene/lenses/camera_model.h"
 #include "tools/scene/lenses/panorama_view.h"
@@ -103,7 +103,7 @@ void leave_out_bad(const SceneViews& scene, std::vector<std::size_t>& ranks);
                                               const std::optional<std::filesystem::path>& given);
 
 // The triangles of a PLY, OBJ, STL or glTF file (.glb, .gltf), by its ending in any case, in the file's coordinates;
-// tools/scene/mesh_frame.h takes them to those of the poses. Throws InputError.
+// tools/scene/mesh/mesh_frame.h takes them to those of the poses. Throws InputError.
 [[nodiscard]] TriangleSoup read_scene_mesh(const std::filesystem::path& file);
 
 // Returns the photograph as the view's pinhole camera would have taken it, undistorted by lens and correction

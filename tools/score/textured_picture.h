@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "blend/rendering.h"
-#include "mesh/camera.h"
+#include "mesh/camera/camera.h"
 #include "mesh/visibility/visibility.h"
 #include "tools/texture/textured_mesh.h"
 

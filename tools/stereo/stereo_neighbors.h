@@ -8,7 +8,7 @@
 #include <span>
 #include <vector>
 
-#include "mesh/camera.h"
+#include "mesh/camera/camera.h"
 #include "tools/stereo/patch_match.h"
 
 namespace lumatlas {

@@ -22,7 +22,7 @@
 #include "mesh/repair/simplification.h"
 #include "mesh/scene_extent.h"
 #include "tools/base/process/interrupt.h"
-#include "tools/scene/mesh_coordinate_step.h"
+#include "tools/scene/mesh/mesh_coordinate_step.h"
 #include "tools/scene/scene.h"
 
 namespace lumatlas {

@@ -12,10 +12,10 @@
 #include <vector>
 
 #include "atlas/atlas.h"
-#include "mesh/camera.h"
+#include "mesh/camera/camera.h"
 #include "mesh/cells/cells.h"
 #include "mesh/repair/repair.h"
-#include "tools/scene/mesh_frame.h"
+#include "tools/scene/mesh/mesh_frame.h"
 
 namespace lumatlas {
 

@@ -12,7 +12,7 @@
 
 #include "atlas/snapshot.h"
 #include "atlas/views/validity.h"
-#include "mesh/camera.h"
+#include "mesh/camera/camera.h"
 #include "mesh/visibility/visibility.h"
 #include "planner/refinement/refiner.h"
 #include "tools/texture/surface_color.h"

@@ -12,7 +12,7 @@
 #include <span>
 #include <string>
 
-#include "mesh/camera.h"
+#include "mesh/camera/camera.h"
 #include "tools/texture/layout/page_image.h"
 #include "tools/texture/textured_mesh.h"
 

@@ -18,9 +18,9 @@
 #include <vector>
 
 #include "atlas/atlas.h"
+#include "mesh/camera/lens_correction.h"
+#include "mesh/camera/shutter_motion.h"
 #include "mesh/cancel_check.h"
-#include "mesh/lens_correction.h"
-#include "mesh/shutter_motion.h"
 #include "planner/refinement/joint/block_matrix.h"
 #include "planner/refinement/median_colors.h"
 #include "planner/refinement/surface_samples.h"

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "mesh/repair/growing_repair.h"
+#include "mesh/repair/growing/growing_repair.h"
 
 #include <tbb/task_arena.h>
 

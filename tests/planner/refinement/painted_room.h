@@ -7,7 +7,7 @@
 #include <glm/vec2.hpp>
 
 #include "atlas/images/photograph.h"
-#include "mesh/camera.h"
+#include "mesh/camera/camera.h"
 #include "mesh/visibility/visibility.h"
 #include "planner/planner.h"
 

@@ -4,7 +4,7 @@
 
 #include <glm/vec3.hpp>
 
-#include "mesh/camera.h"
+#include "mesh/camera/camera.h"
 
 namespace lumatlas {
 

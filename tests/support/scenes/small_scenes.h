@@ -7,7 +7,7 @@
 #include <memory>
 
 #include "atlas/atlas.h"
-#include "mesh/camera.h"
+#include "mesh/camera/camera.h"
 
 namespace lumatlas {
 

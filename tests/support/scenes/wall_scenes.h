@@ -12,7 +12,7 @@
 
 #include "atlas/atlas.h"
 #include "atlas/base_texture.h"
-#include "mesh/camera.h"
+#include "mesh/camera/camera.h"
 
 namespace lumatlas {
 

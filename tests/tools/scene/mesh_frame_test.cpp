@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Frames of mesh files: their text, what they do to a mesh, and how finely a file can say where a vertex is.
-#include "tools/scene/mesh_frame.h"
+#include "tools/scene/mesh/mesh_frame.h"
 
 #include <catch2/catch.hpp>
 #include <cmath>
@@ -12,7 +12,7 @@
 #include <stdexcept>
 #include <string>
 
-#include "tools/scene/mesh_coordinate_step.h"
+#include "tools/scene/mesh/mesh_coordinate_step.h"
 
 namespace lumatlas {
 namespace {

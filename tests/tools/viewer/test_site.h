@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "atlas/snapshot.h"
-#include "mesh/camera.h"
+#include "mesh/camera/camera.h"
 #include "tools/viewer/site.h"
 
 namespace lumatlas {

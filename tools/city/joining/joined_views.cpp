@@ -7,7 +7,7 @@
 #include <utility>
 
 #include "mesh/base/pixel_rect.h"
-#include "mesh/lens_correction.h"
+#include "mesh/camera/lens_correction.h"
 
 namespace lumatlas {
 

@@ -7,7 +7,7 @@
 #include <optional>
 #include <string>
 
-#include "tools/scene/mesh_frame.h"
+#include "tools/scene/mesh/mesh_frame.h"
 
 namespace lumatlas {
 

@@ -7,7 +7,7 @@
 #include <span>
 #include <string>
 
-#include "mesh/camera.h"
+#include "mesh/camera/camera.h"
 #include "tools/lab/synth/tracer.h"
 
 namespace lumatlas::synth {

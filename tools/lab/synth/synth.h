@@ -11,7 +11,7 @@
 #include <optional>
 #include <vector>
 
-#include "mesh/camera.h"
+#include "mesh/camera/camera.h"
 #include "mesh/mesh.h"
 #include "tools/lab/synth/shapes/solids.h"
 #include "tools/lab/synth/shapes/surface.h"

@@ -12,7 +12,7 @@
 #include <vector>
 
 #include "atlas/images/photograph.h"
-#include "mesh/camera.h"
+#include "mesh/camera/camera.h"
 #include "tools/lab/synth/errors/motion.h"
 #include "tools/lab/synth/synth.h"
 

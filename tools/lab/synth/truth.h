@@ -8,7 +8,7 @@
 #include <optional>
 #include <string>
 
-#include "mesh/camera.h"
+#include "mesh/camera/camera.h"
 
 namespace lumatlas {
 

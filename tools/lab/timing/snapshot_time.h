@@ -4,7 +4,7 @@
 
 #include "atlas/snapshot.h"
 #include "blend/renderer.h"
-#include "mesh/camera.h"
+#include "mesh/camera/camera.h"
 
 namespace lumatlas {
 

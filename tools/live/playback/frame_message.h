@@ -10,7 +10,7 @@
 #include <variant>
 #include <vector>
 
-#include "mesh/camera.h"
+#include "mesh/camera/camera.h"
 #include "mesh/mesh.h"
 #include "tools/live/live_model.h"
 

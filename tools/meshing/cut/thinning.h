@@ -5,7 +5,7 @@
 #include <cstddef>
 #include <span>
 
-#include "mesh/camera.h"
+#include "mesh/camera/camera.h"
 #include "tools/scene/scene_points.h"
 
 namespace lumatlas {

@@ -7,7 +7,7 @@
 #include <memory>
 
 #include "mesh/mesh.h"
-#include "mesh/repair/growing_repair.h"
+#include "mesh/repair/growing/growing_repair.h"
 #include "tools/meshing/depth/depth_fusion.h"
 
 namespace lumatlas {

@@ -7,14 +7,14 @@
 #include <glm/vec3.hpp>
 #include <vector>
 
-#include "mesh/camera.h"
+#include "mesh/camera/camera.h"
 
 namespace lumatlas {
 
 // The position, orientation and field of view of a camera.
 struct Vantage {
   glm::dvec3 position{0.0};                       // scene units, the scene's offset subtracted
-  glm::dquat cam_from_world{1.0, 0.0, 0.0, 0.0};  // unit; camera frame as in mesh/camera.h
+  glm::dquat cam_from_world{1.0, 0.0, 0.0, 0.0};  // unit; camera frame as in mesh/camera/camera.h
   double fov_deg = 70;                            // horizontal field of view, in (0, 180)
 };
 

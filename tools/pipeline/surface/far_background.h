@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "atlas/surface.h"
-#include "mesh/camera.h"
+#include "mesh/camera/camera.h"
 #include "mesh/visibility/visibility.h"
 #include "tools/scene/scene.h"
 

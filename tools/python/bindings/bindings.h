@@ -14,7 +14,7 @@
 #include <string>
 
 #include "mesh/base/temporary_entry.h"
-#include "mesh/camera.h"
+#include "mesh/camera/camera.h"
 #include "tools/python/initialised_caster.h"
 #include "tools/scene/scene.h"
 

@@ -28,7 +28,7 @@ struct PosedPhotograph {
   std::filesystem::path file = {};                 // relative to the scene's folder
   std::optional<std::filesystem::path> mask = {};  // the same; does not leave it
   CameraModel lens = {};                           // passes check()
-  glm::dquat cam_from_world_rotation{1, 0, 0, 0};  // unit; of lumatlas's camera, mesh/camera.h
+  glm::dquat cam_from_world_rotation{1, 0, 0, 0};  // unit; of lumatlas's camera, mesh/camera/camera.h
   glm::dvec3 cam_from_world_translation{0.0};      // each within 1e12
   bool black_rim = false;                          // another program's undistortion may have left one
   std::uint32_t id = 0;                            // COLMAP's image number, which its points name

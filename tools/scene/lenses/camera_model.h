@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // COLMAP's lens models, and Metashape's: from a direction in the camera frame to a point of the photograph.
-// The frames are those of mesh/camera.h; COLMAP's are the same.
+// The frames are those of mesh/camera/camera.h; COLMAP's are the same.
 //
 // A model is a distortion d of the normalised image plane followed by focal lengths and principal point:
 //

@@ -11,7 +11,7 @@
 #include <glm/vec3.hpp>
 
 #include "atlas/images/photograph.h"
-#include "mesh/camera.h"
+#include "mesh/camera/camera.h"
 
 namespace lumatlas {
 

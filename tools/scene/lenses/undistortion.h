@@ -3,9 +3,9 @@
 #pragma once
 
 #include "atlas/images/photograph.h"
-#include "mesh/camera.h"
-#include "mesh/lens_correction.h"
-#include "mesh/shutter_motion.h"
+#include "mesh/camera/camera.h"
+#include "mesh/camera/lens_correction.h"
+#include "mesh/camera/shutter_motion.h"
 #include "tools/scene/lenses/camera_model.h"
 
 namespace lumatlas {

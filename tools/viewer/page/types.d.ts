@@ -14,7 +14,7 @@ export interface Pose {
   rotation: Rotation;
 }
 
-// A pinhole camera, as mesh/camera.h has it.
+// A pinhole camera, as mesh/camera/camera.h has it.
 export interface Camera {
   width: number;
   height: number;

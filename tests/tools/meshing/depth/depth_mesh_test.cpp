@@ -21,7 +21,7 @@
 #include "atlas/images/photograph.h"
 #include "mesh/base/errors.h"
 #include "mesh/base/median.h"
-#include "mesh/camera.h"
+#include "mesh/camera/camera.h"
 #include "tests/support/colmap_bytes.h"
 #include "tests/support/temporary_folder.h"
 #include "tools/meshing/length_text.h"

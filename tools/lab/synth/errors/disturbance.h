@@ -8,7 +8,7 @@
 #include <span>
 #include <vector>
 
-#include "mesh/camera.h"
+#include "mesh/camera/camera.h"
 #include "tools/lab/synth/errors/passer_by.h"
 #include "tools/lab/synth/synth.h"
 #include "tools/lab/synth/tracer.h"

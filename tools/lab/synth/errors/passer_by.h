@@ -6,7 +6,7 @@
 #include <glm/vec3.hpp>
 #include <optional>
 
-#include "mesh/camera.h"
+#include "mesh/camera/camera.h"
 #include "tools/lab/synth/synth.h"
 #include "tools/lab/synth/tracer.h"
 

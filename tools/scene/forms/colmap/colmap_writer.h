@@ -12,7 +12,7 @@
 #include <string>
 #include <vector>
 
-#include "mesh/camera.h"
+#include "mesh/camera/camera.h"
 #include "tools/scene/lenses/camera_model.h"
 
 namespace lumatlas {

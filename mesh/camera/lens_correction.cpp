@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "mesh/lens_correction.h"
+#include "mesh/camera/lens_correction.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "tools/scene/mesh_frame.h"
+#include "tools/scene/mesh/mesh_frame.h"
 
 #include <array>
 #include <cctype>

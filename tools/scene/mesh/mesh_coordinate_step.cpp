@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "tools/scene/mesh_coordinate_step.h"
+#include "tools/scene/mesh/mesh_coordinate_step.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "mesh/repair/growing_repair.h"
+#include "mesh/repair/growing/growing_repair.h"
 
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
@@ -19,8 +19,8 @@
 
 #include "mesh/base/errors.h"
 #include "mesh/repair/collinear.h"
-#include "mesh/repair/joined_positions.h"
-#include "mesh/repair/kept_faces.h"
+#include "mesh/repair/growing/joined_positions.h"
+#include "mesh/repair/growing/kept_faces.h"
 #include "mesh/repair/manifold_check.h"
 #include "mesh/repair/manifold_repair.h"
 #include "mesh/repair/orientation.h"

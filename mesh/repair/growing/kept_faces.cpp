@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "mesh/repair/kept_faces.h"
+#include "mesh/repair/growing/kept_faces.h"
 
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_reduce.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "mesh/repair/joined_positions.h"
+#include "mesh/repair/growing/joined_positions.h"
 
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
