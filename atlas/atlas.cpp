@@ -126,6 +126,11 @@ void require_each_once(std::span<const ViewPose> poses) {
   throw std::invalid_argument("atlas: the poses have slot " + std::to_string(*twice) + " twice, must have each once");
 }
 
+void check_poses(std::span<const ViewPose> poses) {
+  require_each_once(poses);
+  for (const ViewPose& pose : poses) check(pose.camera);
+}
+
 // Returns the view with another pose, or lens.
 std::shared_ptr<const StoredView> view_moved_to(const StoredView& view, const Camera& camera) {
   if (camera.width != view.camera.width || camera.height != view.camera.height) {
@@ -134,6 +139,14 @@ std::shared_ptr<const StoredView> view_moved_to(const StoredView& view, const Ca
                                 size_text(view.camera.width, view.camera.height));
   }
   return std::make_shared<const StoredView>(StoredView{view.name, camera, view.photograph, view.mask});
+}
+
+std::vector<std::shared_ptr<const StoredView>> moved_views(std::span<const std::shared_ptr<const StoredView>> views,
+                                                           std::span<const ViewPose> poses) {
+  std::vector<std::shared_ptr<const StoredView>> moved;
+  moved.reserve(poses.size());
+  for (std::size_t i = 0; i < poses.size(); ++i) moved.push_back(view_moved_to(*views[i], poses[i].camera));
+  return moved;
 }
 
 const Surface& checked(const std::shared_ptr<const Surface>& surface) {
@@ -234,21 +247,28 @@ std::vector<std::shared_ptr<const StoredView>> Atlas::stored_at(std::span<const 
 }
 
 // Makes the moved views without the lock, and under it once more those that other threads have changed meanwhile.
-void Atlas::set_poses(std::span<const ViewPose> poses) {
-  require_each_once(poses);
-  for (const ViewPose& pose : poses) check(pose.camera);
-  const std::vector<std::shared_ptr<const StoredView>> before = stored_at(poses);
-  std::vector<std::shared_ptr<const StoredView>> after;  // in the end the old views, freed after the lock
-  after.reserve(poses.size());
-  for (std::size_t i = 0; i < poses.size(); ++i) after.push_back(view_moved_to(*before[i], poses[i].camera));
-  const std::scoped_lock lock(mutex_);
+// Moves those of the views that another thread has changed since they were `before`. Called with the lock held.
+void Atlas::keep_up(std::span<const ViewPose> poses, std::span<const std::shared_ptr<const StoredView>> before,
+                    std::vector<std::shared_ptr<const StoredView>>& after) const {
   for (std::size_t i = 0; i < poses.size(); ++i) {
     require_stored(poses[i].slot);
     const std::shared_ptr<const StoredView>& now = views_[poses[i].slot];
     if (now != before[i]) after[i] = view_moved_to(*now, poses[i].camera);
   }
-  // The code from here on must not fail.
+}
+
+void Atlas::swap_views(std::span<const ViewPose> poses,
+                       std::vector<std::shared_ptr<const StoredView>>& after) noexcept {
   for (std::size_t i = 0; i < poses.size(); ++i) views_[poses[i].slot].swap(after[i]);
+}
+
+void Atlas::set_poses(std::span<const ViewPose> poses) {
+  check_poses(poses);
+  const std::vector<std::shared_ptr<const StoredView>> before = stored_at(poses);
+  std::vector<std::shared_ptr<const StoredView>> after = moved_views(before, poses);  // in the end the old ones
+  const std::scoped_lock lock(mutex_);
+  keep_up(poses, before, after);
+  swap_views(poses, after);
 }
 
 void Atlas::replace_mask(ViewSlot slot, std::shared_ptr<const ViewMask> mask, std::vector<ShownCell> shown) {
@@ -436,8 +456,12 @@ Atlas::ByCell Atlas::by_cell(std::span<const CellId> previous_cell) const {
 
 // Renumbers the cells that tiles show without the lock, then once more for the views that other threads have changed
 // meanwhile, and under the lock for the few that they have changed since. So no writer can put the surface off.
-void Atlas::replace_surface(std::shared_ptr<const Surface> surface, std::span<const CellId> previous_cell) {
+void Atlas::replace_surface(std::shared_ptr<const Surface> surface, std::span<const CellId> previous_cell,
+                            std::span<const ViewPose> poses) {
   const std::size_t cells = checked(surface).cells.cells.size();
+  check_poses(poses);
+  const std::vector<std::shared_ptr<const StoredView>> before = stored_at(poses);
+  std::vector<std::shared_ptr<const StoredView>> after = moved_views(before, poses);  // in the end the old ones
   for (;;) {
     const auto [cells_before, shown] = shown_of_cells();
     require_previous_cells(previous_cell, cells, cells_before);
@@ -453,7 +477,9 @@ void Atlas::replace_surface(std::shared_ptr<const Surface> surface, std::span<co
     }
     tiles.follow(shown_);
     ByCell now = by_cell(previous_cell);
+    keep_up(poses, before, after);
     // The code from here on must not fail.
+    swap_views(poses, after);
     shown_.swap(tiles.now());
     surface_.swap(surface);  // the old surface is freed after the lock
     references_.swap(now.references);

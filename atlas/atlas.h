@@ -133,9 +133,11 @@ class Atlas {
   // Snapshots taken before keep the old surface. Other threads may change views meanwhile, as often as they like. At
   // the end they wait until the views that changed last are renumbered. Throws std::invalid_argument, unless the
   // surface passes check() and has the same offset as the one before, on which the views' cameras depend, and
-  // `previous_cell` has one entry per cell, each a cell that was there or CellId::none. Time: faces of the surface, and
-  // cells that the tiles of all stored views show.
-  void replace_surface(std::shared_ptr<const Surface> surface, std::span<const CellId> previous_cell);
+  // `previous_cell` has one entry per cell, each a cell that was there or CellId::none. `poses` move views in the same
+  // change, so that a snapshot has both or neither: see set_poses(), which says what it throws. Time: faces of the
+  // surface, cells that the tiles of all stored views show, and poses.
+  void replace_surface(std::shared_ptr<const Surface> surface, std::span<const CellId> previous_cell,
+                       std::span<const ViewPose> poses = {});
 
   // Returns the store as it is now. Vertex colours are those of VertexColorMean; they are made when the caller asks for
   // them. Time: view slots, cells and their references, because tables by view slot and by cell are copied; cells shown
@@ -182,6 +184,9 @@ class Atlas {
   [[nodiscard]] Entry entry_of(StoredView view, std::vector<ShownCell> shown) const;
   void put(ViewSlot slot, Entry entry);
   [[nodiscard]] std::vector<std::shared_ptr<const StoredView>> stored_at(std::span<const ViewPose> poses) const;
+  void keep_up(std::span<const ViewPose> poses, std::span<const std::shared_ptr<const StoredView>> before,
+               std::vector<std::shared_ptr<const StoredView>>& after) const;
+  void swap_views(std::span<const ViewPose> poses, std::vector<std::shared_ptr<const StoredView>>& after) noexcept;
   void require_cell(CellId cell) const;
   void require_cells_of(const std::string& view, std::span<const ShownCell> shown) const;
   [[nodiscard]] std::pair<std::size_t, std::vector<SharedShownCells>> shown_of_cells() const;

@@ -146,6 +146,11 @@ TEST_CASE("where memory ends in the middle of a call, the store is as it was") {
   const std::vector<Call> calls{
       {"replace_surface",
        [&](Atlas& atlas) -> std::function<void()> { return [&] { atlas.replace_surface(next, previous); }; }},
+      {"replace_surface, with poses",
+       [&](Atlas& atlas) -> std::function<void()> {
+         const std::vector<ViewPose> poses{{2, forward_camera(24, 16, {0.1, 0, 0})}, {0, forward_camera(24, 16)}};
+         return [&, poses] { atlas.replace_surface(next, previous, poses); };
+       }},
       {"set_references",
        [](Atlas& atlas) -> std::function<void()> { return [&atlas] {
                                                      atlas.set_references(2, {1, 2});

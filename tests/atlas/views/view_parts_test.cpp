@@ -95,6 +95,59 @@ TEST_CASE("one pose that is refused leaves all views where they are") {
   CHECK(atlas->snapshot().views == before.views);
 }
 
+TEST_CASE("a surface that moves with views is replaced together with their poses, or not at all") {
+  const auto atlas = store_of_three();
+  const Snapshot before = atlas->snapshot();
+  const auto surface = std::make_shared<Surface>(*before.surface);
+  for (glm::vec3& position : surface->mesh.positions) position.x -= 0.07F;
+  std::vector<CellId> same(surface->cells.cells.size());
+  for (CellId cell{0}; cell < same.size(); ++cell) same[cell] = cell;
+  std::vector<ViewPose> poses = poses_at(7);
+  poses[1].slot = ViewSlot{3};
+  CHECK_THROWS_WITH(atlas->replace_surface(surface, same, poses), Catch::Contains("atlas: slot 3 holds no view"));
+  poses[1].slot = ViewSlot{0};
+  CHECK_THROWS_WITH(atlas->replace_surface(surface, same, poses), Catch::Contains("slot 0 twice"));
+  CHECK(atlas->snapshot().views == before.views);
+  CHECK(atlas->snapshot().surface == before.surface);
+  poses = poses_at(7);
+  atlas->replace_surface(surface, same, poses);
+  const Snapshot after = atlas->snapshot();
+  CHECK(after.surface == surface);
+  for (const ViewPose& pose : poses) {
+    CHECK(step_of(*after.views[pose.slot]) == Approx(7));
+    CHECK(after.views[pose.slot]->mask == before.views[pose.slot]->mask);
+    CHECK(step_of(*before.views[pose.slot]) == 0);
+  }
+  CHECK(after.references.views == before.references.views);
+}
+
+TEST_CASE("no snapshot has a surface and poses of different moves") {
+  const auto atlas = store_of_three();
+  constexpr int kMoves = 1000;
+  std::vector<std::shared_ptr<const Surface>> surfaces;
+  for (int move = 0; move < 2; ++move) surfaces.push_back(std::make_shared<Surface>(*atlas->surface()));
+  std::vector<CellId> same(surfaces[0]->cells.cells.size());
+  for (CellId cell{0}; cell < same.size(); ++cell) same[cell] = cell;
+  atlas->replace_surface(surfaces[0], same);
+  std::atomic<bool> done{false};
+  std::thread mover([&] {
+    for (int move = 1; move <= kMoves; ++move) atlas->replace_surface(surfaces[move % 2], same, poses_at(move % 2));
+    done = true;
+  });
+  std::thread masker([&] {
+    while (!done) atlas->replace_mask(1, std::make_shared<ViewMask>(*atlas->view(1)->mask));
+  });
+  int torn = 0;
+  while (!done) {
+    const Snapshot now = atlas->snapshot();
+    const double step = now.surface == surfaces[1] ? 1 : 0;
+    for (const auto& view : now.views) torn += view && std::abs(step_of(*view) - step) > 0.5 ? 1 : 0;
+  }
+  mover.join();
+  masker.join();
+  CHECK(torn == 0);
+}
+
 TEST_CASE("a new mask leaves the photograph and the pose") {
   const auto atlas = store_of_three();
   atlas->set_poses(poses_at(2));
