@@ -36,6 +36,12 @@ std::vector<ChangedSphere> spheres_of_change(const Cells& before, const Cells& n
   return spheres;
 }
 
+std::vector<CellId> cell_numbers(std::size_t cells) {
+  std::vector<CellId> numbers(cells);
+  for (CellId cell{0}; cell < cells; ++cell) numbers[cell] = cell;
+  return numbers;
+}
+
 // The planes of a camera's viewing pyramid through its centre, normals inwards, in the camera frame.
 std::array<glm::dvec3, 4> inward_normals(const Camera& camera) {
   const double left = -camera.cx / camera.fx, right = (camera.width - camera.cx) / camera.fx;
@@ -160,23 +166,52 @@ SurfaceUpdate GeometryFollower::update_surface(std::shared_ptr<const Surface> su
   return update;
 }
 
+// Applies to poses what refinement corrected of the former ones.
+std::vector<ViewPose> GeometryFollower::refined_from(std::span<const ViewPose> poses) const {
+  std::vector<ViewPose> refined;
+  refined.reserve(poses.size());
+  for (const ViewPose& pose : poses) {
+    refined.push_back({pose.slot, planner_.refiner_.refined_from(pose.slot, pose.camera)});
+  }
+  return refined;
+}
+
+void GeometryFollower::tell_refiner(std::span<const ViewPose> given, std::span<const ViewPose> refined) {
+  for (std::size_t i = 0; i < given.size(); ++i)
+    planner_.refiner_.set_pose(given[i].slot, given[i].camera, refined[i].camera);
+}
+
+void GeometryFollower::move_scene(const std::shared_ptr<const Surface>& surface, const Visibility& visibility,
+                                  std::span<const ViewPose> poses) {
+  if (!surface) throw std::invalid_argument("planner: surface is null");
+  planner_.store_.require_no_promise();
+  const std::shared_ptr<const Surface> before = planner_.atlas_.surface();
+  if (surface->cells.cell_of_face != before->cells.cell_of_face) {
+    throw std::invalid_argument("planner: the surface that moves has other faces or cells than the one before");
+  }
+  const std::vector<ViewPose> refined = refined_from(poses);
+  const std::vector<CellId> same = cell_numbers(surface->cells.cells.size());
+  planner_.atlas_.replace_surface(surface, same, refined);
+  tell_refiner(poses, refined);
+  planner_.store_.follow(*surface, {}, same);
+  planner_.visibility_ = &visibility;
+  planner_.refiner_.set_visibility(visibility);
+  planner_.pictures_ = {};
+  planner_.old_depths_ = planner_.store_.held_slots();
+}
+
 SurfaceUpdate GeometryFollower::move_views(std::span<const ViewPose> poses) {
   if (planner_.store_.held_views() != planner_.atlas_.size())
     throw std::logic_error("planner: views move while slots are promised");
-  std::vector<ViewPose> refined;
   std::vector<ViewSlot> moved;
-  for (const ViewPose& pose : poses) {
-    refined.push_back({pose.slot, planner_.refiner_.refined_from(pose.slot, pose.camera)});
-    moved.push_back(pose.slot);
-  }
+  moved.reserve(poses.size());
+  for (const ViewPose& pose : poses) moved.push_back(pose.slot);
+  const std::vector<ViewPose> refined = refined_from(poses);
   planner_.atlas_.set_poses(refined);
-  for (std::size_t i = 0; i < poses.size(); ++i)
-    planner_.refiner_.set_pose(poses[i].slot, poses[i].camera, refined[i].camera);
+  tell_refiner(poses, refined);
   const std::shared_ptr<const Surface> surface = planner_.atlas_.surface();
   const std::size_t cells = surface->cells.cells.size();
-  std::vector<CellId> same(cells);
-  for (CellId cell{0}; cell < cells; ++cell) same[cell] = cell;
-  planner_.store_.follow(*surface, moved, same);
+  planner_.store_.follow(*surface, moved, cell_numbers(cells));
   SurfaceUpdate update;
   update.views_seen_again = static_cast<std::uint32_t>(moved.size());
   for (const ViewSlot slot : moved) {

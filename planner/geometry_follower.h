@@ -57,10 +57,20 @@ class GeometryFollower {
   // and masks are made again, view by view, and at the end all references follow at once. No view slot may be promised
   // (std::logic_error). Throws what Atlas::set_poses() throws, and changes nothing then.
   SurfaceUpdate move_views(std::span<const ViewPose> poses);
+  // The caller has moved views as above, and the surface with them: `surface` has the faces and cells of the one
+  // before, with vertices at other places. A snapshot has all of it or nothing. What views show moves with them, so
+  // that references, coverage, depths and masks stay; renew_depth() makes the depths and masks of all views again, for
+  // what has not moved as the view has. Takes the time of Atlas::replace_surface(). No view slot may be promised
+  // (std::logic_error). Throws std::invalid_argument, and changes nothing, if the surface has not as many faces and
+  // cells as before, and what Atlas::replace_surface() throws. `visibility` is as for update_surface().
+  void move_scene(const std::shared_ptr<const Surface>& surface, const Visibility& visibility,
+                  std::span<const ViewPose> poses);
 
  private:
   [[nodiscard]] std::vector<ViewSlot> views_of_change(std::span<const ChangedSphere> spheres,
                                                       std::span<const CellId> now) const;
+  [[nodiscard]] std::vector<ViewPose> refined_from(std::span<const ViewPose> poses) const;
+  void tell_refiner(std::span<const ViewPose> given, std::span<const ViewPose> refined);
   bool make_depth_again(ViewSlot slot);
   void count_again(ViewSlot slot, CellPictures& pictures);
 

@@ -374,6 +374,82 @@ TEST_CASE("after a loop closure the store is as if its views had come with the l
   }
 }
 
+// Turns a scene about the third axis and shifts it.
+struct SceneMove {
+  glm::dmat3 turn{0.6, 0.8, 0, -0.8, 0.6, 0, 0, 0, 1};
+  glm::dvec3 shift{0.5, -3, 0.25};
+
+  [[nodiscard]] Camera of(Camera camera) const {
+    camera.cam_from_world_rotation = camera.cam_from_world_rotation * glm::transpose(turn);
+    camera.cam_from_world_translation -= camera.cam_from_world_rotation * shift;
+    return camera;
+  }
+  [[nodiscard]] std::shared_ptr<const Surface> of(const Surface& surface) const {
+    auto moved = std::make_shared<Surface>(surface);
+    for (glm::vec3& position : moved->mesh.positions) position = turn * glm::dvec3(position) + shift;
+    moved->cells = measure_cells(moved->mesh, surface.cells.cell_of_face, surface.cells.size);
+    return moved;
+  }
+};
+
+TEST_CASE("a scene that moves with its views keeps what they show, and is as if it had been there from the start") {
+  const bool demand = GENERATE(false, true);
+  PlannedSurface scene(room_surface(), false, demand);
+  for (std::size_t number = 0; number < kMostViews; ++number) scene.keep(number);
+  const Snapshot before = scene.atlas.snapshot();
+  const double covered = scene.planner.store().summed_coverage();
+  const SceneMove move;
+  const std::shared_ptr<const Surface> surface = move.of(*scene.surface);
+  std::unique_ptr<Visibility> visibility = make_ray_visibility(surface->mesh);
+  std::vector<ViewPose> poses;
+  for (ViewSlot slot{0}; slot < kMostViews; ++slot) poses.push_back({slot, move.of(before.views[slot]->camera)});
+  GeometryFollower follower(scene.planner);
+  follower.move_scene(surface, *visibility, poses);
+  scene.surface = surface;
+  scene.visibility = std::move(visibility);
+  const Snapshot after = scene.atlas.snapshot();
+  CHECK(after.surface == surface);
+  CHECK(after.references.views == before.references.views);
+  CHECK(after.references.offsets == before.references.offsets);
+  CHECK(scene.planner.store().summed_coverage() == covered);
+  for (ViewSlot slot{0}; slot < kMostViews; ++slot) {
+    CHECK(after.views[slot]->mask == before.views[slot]->mask);
+    CHECK(after.views[slot]->camera.center() == poses[slot].camera.center());
+  }
+  // The depths are those of the moved surface but for rounding, and so are those that are made again.
+  std::size_t renewed = 0;
+  while (follower.renew_depth()) ++renewed;
+  CHECK(renewed == kMostViews);
+  PlannedSurface fresh(surface, false, demand);
+  for (std::size_t number = 0; number < kMostViews; ++number) {
+    fresh.planner.force_store("view " + std::to_string(number), move.of(room_camera(number)),
+                              [&] { return pattern_photograph(room_camera(number), number); });
+  }
+  for (ViewSlot slot{0}; slot < kMostViews; ++slot) {
+    CHECK(scene.atlas.view(slot)->mask->depth == fresh.atlas.view(slot)->mask->depth);
+  }
+  CHECK(covered == Approx(fresh.planner.store().summed_coverage()).epsilon(0.02));
+}
+
+TEST_CASE("a scene moves whole, or stays where it is") {
+  PlannedSurface scene(room_surface(), false);
+  scene.keep(0);
+  const SceneMove move;
+  const std::shared_ptr<const Surface> surface = move.of(*scene.surface);
+  const auto visibility = make_ray_visibility(surface->mesh);
+  GeometryFollower follower(scene.planner);
+  const std::vector<ViewPose> poses{{ViewSlot{0}, move.of(room_camera(0))}};
+  const std::vector<ViewPose> of_none{{ViewSlot{7}, move.of(room_camera(0))}};
+  CHECK_THROWS_AS(follower.move_scene(surface, *visibility, of_none), std::logic_error);
+  CHECK_THROWS_AS(follower.move_scene(nullptr, *visibility, poses), std::invalid_argument);
+  const Mesh other = with_panel(scene.surface->mesh, 0);
+  CHECK_THROWS_WITH(follower.move_scene(grown(*scene.surface, other).surface, *visibility, poses),
+                    Catch::Contains("other faces or cells"));
+  CHECK(scene.atlas.surface() == scene.surface);
+  CHECK(scene.atlas.view(ViewSlot{0})->camera.center() == room_camera(0).center());
+  CHECK_FALSE(follower.has_old_depths());
+}
+
 TEST_CASE("a loop closure keeps what refinement corrected of a pose") {
   PlannerOptions options = options_for_update(true, true);
   options.refinement.alignment.pose = true;
