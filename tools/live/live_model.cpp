@@ -32,12 +32,20 @@ constexpr double kMuchUnseen = 0.2;
 constexpr double kStoringShare = 2;  // as much time for views as for surfaces, times this, while both wait
 constexpr int kRenewedAView = 2;     // depths of other views that are made again before the next view is stored
 constexpr int kFusedAMove = 2;       // depth frames that are fused, if any wait, before the next one is moved
+// A surface that was bent is shown until no frame is fused elsewhere any more, but no longer than this.
+constexpr std::chrono::seconds kLongestBent{30};
 constexpr std::size_t kMostPassed =
     256;  // views that count for demand and wait for it; of more the first are forgotten
+
+using Poses = std::map<std::string, Camera>;  // by name of the view
 
 void take_pose(const Camera& from, Camera& camera) {
   camera.cam_from_world_rotation = from.cam_from_world_rotation;
   camera.cam_from_world_translation = from.cam_from_world_translation;
+}
+
+void add_poses(const Poses& later, Poses& poses) {
+  for (const auto& [name, camera] : later) poses.insert_or_assign(name, camera);
 }
 
 // Adds the time from its construction to a sum when told so.
@@ -85,7 +93,7 @@ struct LiveModel::State {
   LiveVerdict offer(const std::string& name, const Camera& camera, PhotographSource photograph);
   void fuse(const std::string& name, const Camera& camera, std::function<DepthImage()> depth);
   bool replace_piece(std::uint32_t id, TriangleSoup piece);
-  void move_views(std::vector<MovedView> views);
+  void move_views(const std::vector<MovedView>& views);
   std::shared_ptr<const Snapshot> snapshot();
   LiveStatus status_now();
   LiveResult finish(std::uint32_t polish_steps, bool follow_moves);
@@ -116,7 +124,7 @@ struct LiveModel::State {
 
   std::vector<WaitingView> waiting;
   std::vector<Camera> passed;  // cameras of views that were not needed
-  std::vector<std::vector<MovedView>> moves;
+  Poses moves;                 // of stored views, which have not taken them yet
   StoringPace pace;
   bool views_busy = false;
   ViewsWork views_work;  // of the thread of the views, without the job that runs
@@ -125,19 +133,22 @@ struct LiveModel::State {
   bool old_depths = false;  // views wait for the depth that they have on the surface
 
   std::vector<WaitingDepth> depths;
-  std::vector<MovedView> depth_moves;  // that the surface has not been told yet
+  Poses depth_moves;  // that the surface has not been told yet; stored views take them with it
   bool depths_busy = false;
+  LiveClock::time_point held_until{};            // since the surface was bent, how long another may wait
   std::map<std::uint32_t, TriangleSoup> pieces;  // that the surface does not have yet
   // Sizes of all pieces, by number, and their sums.
   std::map<std::uint32_t, std::pair<std::size_t, std::size_t>> piece_sizes;
   std::size_t piece_vertices = 0, piece_faces = 0;
   std::uint64_t pieces_taken = 0;   // of those given: the surface has them, or those that replaced them
   bool distance_is_open = false;    // pieces were given, and no view has seen one yet
+  std::uint64_t made_of = 0;        // depth frames given, or pieces, that the last surface has
   std::uint64_t fused_unshown = 0;  // depth frames and pieces that the last surface does not have
   LiveClock::time_point next_surface{};
   struct Grown {
     GrownSurface surface;
-    std::uint64_t depths = 0;  // of those given; or of the pieces
+    std::uint64_t depths = 0;    // of those given; or of the pieces
+    std::optional<Poses> moves;  // of the views, if it is the surface before, bent as they have moved
   };
   std::optional<Grown> grown;
   LiveClock::time_point next_taking{};
@@ -181,6 +192,8 @@ struct LiveModel::State {
   [[nodiscard]] bool may_take_surface() const;
   [[nodiscard]] bool has_surface_to_make() const;
   [[nodiscard]] bool may_make_surface() const;
+  [[nodiscard]] bool may_take_depth_moves() const { return !depth_moves.empty() && !grown; }
+  [[nodiscard]] bool is_held() const { return held_until > LiveClock::now(); }
   void note_passed(const Camera& camera);
   void give_up(std::size_t place, LiveVerdict& verdict);
   void turn_away(const WaitingView& view);
@@ -208,6 +221,8 @@ struct LiveModel::State {
   [[nodiscard]] ViewsWork work_until_now() const;
   void note_ready(WaitingView& view) const;
   [[nodiscard]] LiveWaits waits_of(const WaitingView& view) const;
+
+  [[nodiscard]] std::vector<ViewPose> stored_poses(const Poses& views) const;
 
   void run_views();
   void run_depths();
@@ -280,9 +295,10 @@ std::optional<std::size_t> LiveModel::State::next_view() const {
   return best;
 }
 
-// Views are stored for kStoringShare times as long as the last surface took to be taken over, if any are ready.
+// Poses do not wait. Otherwise views are stored, if any are ready, for kStoringShare times as long as the last surface
+// took to be taken over.
 bool LiveModel::State::may_take_surface() const {
-  return grown && (!next_view() || LiveClock::now() >= next_taking);
+  return grown && (grown->moves || !depth_moves.empty() || !next_view() || LiveClock::now() >= next_taking);
 }
 
 // The distance that pieces are seen from comes of the views that wait.
@@ -293,7 +309,7 @@ bool LiveModel::State::has_surface_to_make() const {
 bool LiveModel::State::may_make_surface() const {
   if (!has_surface_to_make()) return false;
   return finishing ? depths.empty() && depth_moves.empty() && status.depths_to_move == 0
-                   : LiveClock::now() >= next_surface;
+                   : LiveClock::now() >= std::max(next_surface, held_until);
 }
 
 void LiveModel::State::note_passed(const Camera& camera) {
@@ -402,24 +418,22 @@ bool LiveModel::State::replace_piece(std::uint32_t id, TriangleSoup piece) {
   return true;
 }
 
-void LiveModel::State::move_views(std::vector<MovedView> views) {
-  for (const MovedView& view : views) check(view.camera);
-  std::vector<MovedView> for_depths = views;
+void LiveModel::State::move_views(const std::vector<MovedView>& views) {
+  Poses poses;
+  for (const MovedView& view : views) {
+    check(view.camera);
+    poses.insert_or_assign(view.name, view.camera);
+  }
   const std::lock_guard<std::mutex> lock(mutex);
   require_going();
-  const auto moved = [&](const std::string& name) -> const Camera* {
-    const auto found = std::find_if(views.begin(), views.end(), [&](const MovedView& v) { return v.name == name; });
-    return found == views.end() ? nullptr : &found->camera;
-  };
   for (WaitingView& view : waiting) {
-    if (const Camera* camera = moved(view.name)) view.camera = *camera;
+    if (const auto moved = poses.find(view.name); moved != poses.end()) view.camera = moved->second;
   }
   for (WaitingDepth& frame : depths) {
-    if (const Camera* camera = frame.name.empty() ? nullptr : moved(frame.name)) take_pose(*camera, frame.camera);
+    const auto moved = frame.name.empty() ? poses.end() : poses.find(frame.name);
+    if (moved != poses.end()) take_pose(moved->second, frame.camera);
   }
-  depth_moves.insert(depth_moves.end(), std::make_move_iterator(for_depths.begin()),
-                     std::make_move_iterator(for_depths.end()));
-  moves.push_back(std::move(views));
+  add_poses(poses, status.depths_given > 0 ? depth_moves : moves);
   changed.notify_all();
 }
 
@@ -568,9 +582,12 @@ void LiveModel::State::start_planner(const GrownSurface& first) {
 void LiveModel::State::take_surface(Lock& lock) {
   Grown next = std::move(*grown);
   grown.reset();
+  changed.notify_all();
   lock.unlock();
   const LiveStopwatch stopwatch;
-  if (planner) {
+  if (next.moves) {
+    GeometryFollower(*planner).move_scene(next.surface.surface, *next.surface.visibility, stored_poses(*next.moves));
+  } else if (planner) {
     GeometryFollower(*planner).update_surface(next.surface.surface, *next.surface.visibility,
                                               next.surface.previous_cell, next.surface.changed, DepthRenewal::later);
   } else {
@@ -585,21 +602,25 @@ void LiveModel::State::take_surface(Lock& lock) {
   status.summed_coverage = planner->store().summed_coverage();
   count_anew(lock, std::make_shared<const LiveSight>(LiveSight{next.surface.surface, next.surface.visibility}),
              next.depths);
-  const double ms = stopwatch.stop(status.surface_taking);
+  const double ms = stopwatch.stop(next.moves ? status.moving : status.surface_taking);
   next_taking = LiveClock::now() + std::chrono::microseconds(static_cast<std::int64_t>(1000 * kStoringShare * ms));
 }
 
-void LiveModel::State::take_moves(Lock& lock) {
-  const std::vector<MovedView> views = std::move(moves.front());
-  moves.erase(moves.begin());
-  lock.unlock();
-  const LiveStopwatch stopwatch;
+// Returns the poses of those of the views that are stored.
+std::vector<ViewPose> LiveModel::State::stored_poses(const Poses& views) const {
   std::vector<ViewPose> poses;
   for (const ViewSlot slot : planner->store().held_slots()) {
-    const std::string name = planner->store().name_of(slot);
-    const auto moved = std::find_if(views.begin(), views.end(), [&](const auto& v) { return v.name == name; });
-    if (moved != views.end()) poses.push_back({slot, moved->camera});
+    const auto moved = views.find(planner->store().name_of(slot));
+    if (moved != views.end()) poses.push_back({slot, moved->second});
   }
+  return poses;
+}
+
+void LiveModel::State::take_moves(Lock& lock) {
+  const Poses views = std::exchange(moves, {});
+  lock.unlock();
+  const LiveStopwatch stopwatch;
+  const std::vector<ViewPose> poses = stored_poses(views);
   if (!poses.empty()) GeometryFollower(*planner).move_views(poses);
   lock.lock();
   count_anew(lock, sight, sight_depths);
@@ -697,7 +718,7 @@ void LiveModel::State::run_depths() {
   int fused = 0;  // depth frames since the last one was moved
   for (;;) {
     const auto has_work = [&] {
-      return is_over() || !depths.empty() || !pieces.empty() || !depth_moves.empty() || status.depths_to_move > 0 ||
+      return is_over() || !depths.empty() || !pieces.empty() || may_take_depth_moves() || status.depths_to_move > 0 ||
              may_make_surface();
     };
     if (has_surface_to_make() && !finishing) {
@@ -707,7 +728,7 @@ void LiveModel::State::run_depths() {
     }
     if (is_over()) return;
     depths_busy = true;
-    if (!depth_moves.empty()) {
+    if (may_take_depth_moves()) {
       take_depth_moves(lock);
     } else if (!pieces.empty()) {
       take_pieces(lock);
@@ -749,17 +770,29 @@ void LiveModel::State::fuse_next(Lock& lock) {
   }
 }
 
+// Bends the surface as its frames have moved, so that it and the stored views move together.
 void LiveModel::State::take_depth_moves(Lock& lock) {
-  const std::vector<MovedView> views = std::exchange(depth_moves, {});
-  if (!follows_moves) return;
-  lock.unlock();
-  for (const MovedView& view : views) surface.move(view.name, view.camera);
-  lock.lock();
-  status.depths_to_move = surface.moved();
+  Poses poses = std::exchange(depth_moves, {});
+  const bool bends = !finishing;
+  std::optional<GrownSurface> bent;
+  if (follows_moves) {
+    lock.unlock();
+    for (const auto& [name, camera] : poses) surface.move(name, camera);
+    if (bends) bent = surface.bend();
+    lock.lock();
+    status.depths_to_move = surface.moved();
+  }
+  if (bent) {
+    grown = Grown{std::move(*bent), made_of, std::move(poses)};
+    if (!is_held()) held_until = LiveClock::now() + kLongestBent;
+  } else {
+    add_poses(poses, moves);
+  }
 }
 
 // Fuses a depth frame at its new pose.
 void LiveModel::State::fuse_again(Lock& lock) {
+  const bool held = is_held();
   lock.unlock();
   const LiveStopwatch stopwatch;
   bool followed = false;
@@ -769,6 +802,7 @@ void LiveModel::State::fuse_again(Lock& lock) {
   } catch (const InputError& error) {
     why = error.what();
   }
+  const bool has_doubles = held && surface.has_doubles();
   lock.lock();
   if (followed) {
     stopwatch.stop(status.fusing_again);
@@ -776,6 +810,7 @@ void LiveModel::State::fuse_again(Lock& lock) {
   }
   if (!why.empty()) status.last_failure = why;
   status.depths_to_move = follows_moves ? surface.moved() : 0;
+  if (held && !has_doubles) held_until = {};
 }
 
 void LiveModel::State::take_pieces(Lock& lock) {
@@ -821,7 +856,10 @@ void LiveModel::State::make_surface(Lock& lock) {
   LiveTimes looking;  // for a piece that a camera sees, in vain
   const double ms = stopwatch.stop(has_distance ? status.surface_making : looking);
   if (has_distance || !why.empty()) fused_unshown = 0;  // otherwise the pieces wait for the next cameras
-  if (made) grown = Grown{std::move(*made), with};
+  if (made) {
+    grown = Grown{std::move(*made), with, std::nullopt};
+    made_of = with;
+  }
   const auto rest = std::chrono::milliseconds(static_cast<std::int64_t>(ms + status.surface_taking.last));
   next_surface = LiveClock::now() + std::max<std::chrono::milliseconds>(options.surface_interval, rest);
 }
@@ -884,8 +922,8 @@ bool LiveModel::replace_piece(std::uint32_t id, TriangleSoup piece) {
   return state_->replace_piece(id, std::move(piece));
 }
 
-void LiveModel::move_views(std::vector<MovedView> views) {
-  state_->move_views(std::move(views));
+void LiveModel::move_views(const std::vector<MovedView>& views) {
+  state_->move_views(views);
 }
 
 std::shared_ptr<const Snapshot> LiveModel::snapshot() const {

@@ -20,6 +20,7 @@
 #include "mesh/cells/cell_growth.h"
 #include "mesh/cells/split_faces.h"
 #include "tools/live/kept_depths.h"
+#include "tools/live/surface_bend.h"
 #include "tools/meshing/depth/scene_depth.h"
 
 namespace lumatlas {
@@ -36,6 +37,7 @@ constexpr double kMostDepths = 0.9;
 constexpr double kStepsPerVoxel = 64;
 constexpr double kFarthestVertex = 1e10;       // scene units
 constexpr double kSettled = 0.02;              // voxels that what a frame sees may be off
+constexpr std::size_t kMostBending = 400;      // frames that a surface is bent by
 constexpr std::uint32_t kLookedAtPixels = 64;  // sides of the pictures that the usual distance is found by
 
 // Returns the time since `start`, which becomes now; milliseconds.
@@ -71,6 +73,13 @@ DepthImage in_grid(const Camera& camera, const RoundedDepth& depth) {
   DepthImage image = slanted_depth(camera, depths_of(depth));
   image.camera.cam_from_world_rotation *= glm::transpose(grid_from_scene());
   return image;
+}
+
+bool all_within(std::span<const glm::vec3> positions, double distance) {
+  return std::all_of(positions.begin(), positions.end(), [&](const glm::vec3& position) {
+    const glm::dvec3 off = glm::abs(glm::dvec3(position));
+    return off.x < distance && off.y < distance && off.z < distance;
+  });
 }
 
 void turn_to_scene(TriangleSoup& soup) {
@@ -172,7 +181,9 @@ bool LiveSurface::add(const DepthImage& image, const std::string& name) {
   if (!fusion_->add(in_grid(image.camera, rounded))) return false;
   if (name.empty()) return true;
   if (const std::optional<std::size_t> number = kept_->keep(rounded)) {
-    frames_.insert_or_assign(name, Frame{image.camera, image.camera, *number});
+    auto glance = std::make_shared<const DepthGlance>(depth_glance(image.camera, rounded));
+    Frame frame{image.camera, image.camera, image.camera, *number, std::move(glance)};
+    frames_.insert_or_assign(name, std::move(frame));
   }
   return true;
 }
@@ -193,6 +204,51 @@ double LiveSurface::movement(const Frame& frame) const {
   double squares = 0;  // 8 times the squared sine of half the angle
   for (int column = 0; column < 3; ++column) squares += glm::dot(turn[column], turn[column]);
   return glm::distance(frame.wanted.center(), frame.fused.center()) + usual_distance_ * std::sqrt(squares / 2);
+}
+
+bool LiveSurface::has_doubles() const {
+  return std::any_of(moved_.begin(), moved_.end(),
+                     [&](const std::string& name) { return movement(frames_.at(name)) > voxel_; });
+}
+
+// Returns the frames in the order in which they came, and evenly chosen ones of more than kMostBending.
+std::vector<BendingFrame> LiveSurface::bending_frames() const {
+  std::vector<const Frame*> frames;
+  frames.reserve(frames_.size());
+  for (const auto& [name, frame] : frames_) frames.push_back(&frame);
+  std::sort(frames.begin(), frames.end(), [](const Frame* a, const Frame* b) { return a->kept < b->kept; });
+  const std::size_t count = std::min(frames.size(), kMostBending);
+  std::vector<BendingFrame> chosen;
+  chosen.reserve(count);
+  for (std::size_t i = 0; i < count; ++i) {
+    const Frame& frame = *frames[i * frames.size() / count];
+    chosen.push_back({frame.shown, frame.wanted, frame.glance.get()});
+  }
+  return chosen;
+}
+
+std::optional<GrownSurface> LiveSurface::bend() {
+  if (!fusion_ || !last_) return std::nullopt;
+  GrowingTimes times;
+  auto start = std::chrono::steady_clock::now();
+  std::vector<glm::vec3> positions =
+      bent_positions(last_->mesh, last_->cells, bending_frames(), kTruncationVoxels * voxel_, kSettled * voxel_);
+  if (positions == last_->mesh.positions || !all_within(positions, kFarthestVertex)) return std::nullopt;
+  auto surface = std::make_shared<Surface>(*last_);
+  surface->mesh.positions = std::move(positions);
+  times.cutting = lap_ms(start);
+  surface->cells = measure_cells(surface->mesh, last_->cells.cell_of_face, last_->cells.size);
+  times.cells = lap_ms(start);
+  std::shared_ptr<const Visibility> visibility = visibility_->of(surface->mesh);
+  times.tree = lap_ms(start);
+  const std::size_t cells = surface->cells.cells.size();
+  std::vector<CellId> same(cells);
+  for (CellId cell{0}; cell < cells; ++cell) same[cell] = cell;
+  for (auto& [name, frame] : frames_) frame.shown = frame.wanted;
+  repair_follows_ = false;  // its faces are where they were before
+  last_ = surface;
+  return GrownSurface{std::move(surface), std::move(visibility), std::move(same), std::vector<std::uint8_t>(cells, 1),
+                      times};
 }
 
 bool LiveSurface::follow_move() {
@@ -365,6 +421,7 @@ std::optional<GrownSurface> LiveSurface::grow(GrowingFusion::Show show) {
   surface->cells = std::move(growth.cells);
   last_ = surface;
   repair_follows_ = true;
+  for (auto& [name, frame] : frames_) frame.shown = frame.fused;
   times.cells = lap_ms(start);
   std::shared_ptr<const Visibility> visibility = visibility_->of(surface->mesh);
   times.tree = lap_ms(start);

@@ -29,6 +29,8 @@
 namespace lumatlas {
 
 class KeptDepths;
+struct BendingFrame;
+struct DepthGlance;
 
 struct LiveSurfaceOptions {
   // Side of a voxel, scene units, > 0. None: kLiveVoxelPixels of the first depth frame at its median depth.
@@ -100,6 +102,12 @@ class LiveSurface {
   // lost. Throws InputError if the file of kept frames cannot be read; the volume stays as it was then.
   bool follow_move();
   [[nodiscard]] std::size_t moved() const { return moved_.size(); }  // frames that may have to follow
+  // Returns whether a frame is still as far from its pose that what it sees would be there twice: by a voxel.
+  [[nodiscard]] bool has_doubles() const;
+  // Returns the last version, bent as the frames have moved since it was made or bent, with the faces and cells that it
+  // had: what to show until the frames have followed and a version can be made of them. None if nothing moves by 1/50
+  // of a voxel, or there is no version, or it is one of pieces. A version that follows has other cells where it bent.
+  [[nodiscard]] std::optional<GrownSurface> bend();
 
   // Brings a piece, replaces the one of the same id, or removes it if the new one has no faces. The soup must be as
   // check_piece() wants it. The caller gives either pieces or depth frames (std::logic_error).
@@ -122,7 +130,9 @@ class LiveSurface {
   // A frame that is in the volume.
   struct Frame {
     Camera fused, wanted;  // the camera that it was fused with, and the pose that it is to have
+    Camera shown;          // that the last version has it with
     std::size_t kept = 0;  // its number in `kept_`
+    std::shared_ptr<const DepthGlance> glance;
   };
 
   void start(const DepthImage& image);
@@ -133,6 +143,7 @@ class LiveSurface {
   [[nodiscard]] GrownMesh joined_mesh(bool follows, GrowingTimes& times);
   void refuse_too_large(const Mesh& mesh) const;
   [[nodiscard]] double movement(const Frame& frame) const;
+  [[nodiscard]] std::vector<BendingFrame> bending_frames() const;
 
   LiveSurfaceOptions options_;
   std::unique_ptr<GrowingFusion> fusion_;  // null before the first frame

@@ -229,7 +229,7 @@ TEST_CASE("every snapshot is whole while views, surfaces and poses change") {
   for (int step = 1; step < 6; ++step) {
     std::vector<MovedView> moved;
     for (std::size_t number = 0; number < 12; ++number) moved.push_back({room_view(number), at_step(number, step)});
-    live.move_views(std::move(moved));
+    live.move_views(moved);
     wait_for([&] { return live.status().moving.count == static_cast<std::uint64_t>(step); });
   }
   ended = true;
@@ -317,6 +317,54 @@ TEST_CASE("after a loop closure the surface is that of a stream without drift") 
   const Mesh closed_mesh = surface_of(true, true);
   CHECK(farthest_from_room(closed_mesh) == without);
   CHECK(closed_mesh.positions == true_mesh.positions);
+}
+
+TEST_CASE("a loop closure moves stored views and surface together, before a depth frame is fused again") {
+  LiveModel live(room_live_options());
+  constexpr std::size_t kFrames = 12;
+  const glm::dvec3 shift(0.5, -0.25, -1);
+  std::vector<MovedView> closed;
+  for (std::size_t number = 0; number < kFrames; ++number) {
+    fuse_room(live, number);
+    wait_for([&] { return live.status().fusion.count == number + 1; });
+    offer_room(live, number);
+    wait_for([&] { return live.status().waiting == 0; });
+    Camera camera = room_camera(number);
+    camera.cam_from_world_translation -= camera.cam_from_world_rotation * shift;
+    closed.push_back({room_view(number), camera});
+  }
+  wait_for([&] { return live.status().surface_rests; });
+  // This frame keeps the thread of the surface from all that comes after the bend.
+  BlockedSource depth;
+  const auto before = live.snapshot();
+  live.move_views(closed);
+  live.fuse("blocks", room_camera(0), [&]() -> DepthImage {
+    depth.wait();
+    throw std::runtime_error("it never was there");
+  });
+  wait_for([&] { return live.status().moving.count == 1; });
+  const auto after = live.snapshot();
+  REQUIRE(after->surface != before->surface);
+  CHECK(after->surface->mesh.faces == before->surface->mesh.faces);
+  double farthest = 0;
+  for (std::size_t vertex = 0; vertex < after->surface->mesh.positions.size(); ++vertex) {
+    const glm::dvec3 off = glm::dvec3(after->surface->mesh.positions[vertex] - before->surface->mesh.positions[vertex]);
+    farthest = std::max(farthest, glm::length(off - shift));
+  }
+  CHECK(farthest < 1e-5);
+  std::size_t views = 0;
+  for (const auto& view : after->views) {
+    if (!view) continue;
+    ++views;
+    const auto moved = std::find_if(closed.begin(), closed.end(), [&](const auto& v) { return v.name == view->name; });
+    REQUIRE(moved != closed.end());
+    CHECK(view->camera.center() == moved->camera.center());
+  }
+  CHECK(views > 3);
+  depth.release();
+  const Snapshot model = live.finish().snapshot;
+  CHECK_NOTHROW(check(model));
+  CHECK(live.status().depths_to_move == 0);
 }
 
 TEST_CASE("a caller that makes the surface anew does not wait for depth frames that move") {

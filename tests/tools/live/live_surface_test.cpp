@@ -95,6 +95,76 @@ TEST_CASE("a live surface follows frames that move, the farthest first, and back
   CHECK(after.faces == before.faces);
 }
 
+TEST_CASE("a live surface bends as its frames have moved, and then becomes what they show at their poses") {
+  LiveSurface surface(room_live_options().surface);
+  constexpr std::size_t kFrames = 8;
+  const auto moved = [](std::size_t number) {  // the whole scene, which no frame tells from a move of its own
+    Camera camera = room_camera(number);
+    camera.cam_from_world_translation += camera.cam_from_world_rotation * glm::dvec3(-0.5, 0.25, 1);
+    return camera;
+  };
+  CHECK_FALSE(surface.bend());
+  for (std::size_t number = 0; number < kFrames; ++number) {
+    REQUIRE(surface.add(room_depth(room_camera(number)), room_view(number)));
+  }
+  CHECK_FALSE(surface.bend());  // there is no version
+  const std::optional<GrownSurface> first = surface.grow();
+  REQUIRE(first);
+  CHECK_FALSE(surface.bend());  // nothing has moved
+  for (std::size_t number = 0; number < kFrames; ++number) surface.move(room_view(number), moved(number));
+  CHECK(surface.has_doubles());
+  const std::optional<GrownSurface> bent = surface.bend();
+  REQUIRE(bent);
+  CHECK_NOTHROW(check(*bent->surface));
+  const Mesh &before = first->surface->mesh, &after = bent->surface->mesh;
+  CHECK(after.faces == before.faces);
+  CHECK(bent->surface->cells.cell_of_face == first->surface->cells.cell_of_face);
+  double farthest = 0;
+  for (std::size_t vertex = 0; vertex < after.positions.size(); ++vertex) {
+    const glm::vec3 off = after.positions[vertex] - before.positions[vertex] - glm::vec3(0.5F, -0.25F, -1);
+    farthest = std::max<double>(farthest, glm::length(off));
+  }
+  CHECK(farthest < 1e-5);
+  CHECK_FALSE(surface.bend());  // it is where its frames are
+  while (surface.follow_move()) {
+  }
+  CHECK_FALSE(surface.has_doubles());
+  const std::optional<GrownSurface> followed = surface.grow(GrowingFusion::Show::everything);
+  REQUIRE(followed);
+  LiveSurface fresh(room_live_options().surface);
+  for (std::size_t number = 0; number < kFrames; ++number) {
+    REQUIRE(fresh.add({moved(number), room_depth(room_camera(number)).depth}));
+  }
+  const std::optional<GrownSurface> at_once = fresh.grow(GrowingFusion::Show::everything);
+  REQUIRE(at_once);
+  CHECK(followed->surface->mesh.positions == at_once->surface->mesh.positions);
+  CHECK(followed->surface->mesh.faces == at_once->surface->mesh.faces);
+  // Frames that come after a bend, and moves that come before all have followed, count from what is shown.
+  for (std::size_t number = 0; number < kFrames; ++number) surface.move(room_view(number), room_camera(number));
+  REQUIRE(surface.follow_move());
+  const std::optional<GrownSurface> back = surface.bend();
+  REQUIRE(back);
+  for (std::size_t number = 0; number < kFrames; ++number) surface.move(room_view(number), moved(number));
+  const std::optional<GrownSurface> again = surface.bend();
+  REQUIRE(again);
+  farthest = 0;
+  for (std::size_t vertex = 0; vertex < again->surface->mesh.positions.size(); ++vertex) {
+    const glm::vec3 off = again->surface->mesh.positions[vertex] - followed->surface->mesh.positions[vertex];
+    farthest = std::max<double>(farthest, glm::length(off));
+  }
+  CHECK(farthest < 1e-5);
+}
+
+TEST_CASE("a live surface whose frames move out of all bounds does not bend") {
+  LiveSurface surface(room_live_options().surface);
+  REQUIRE(surface.add(room_depth(room_camera(0)), "a"));
+  REQUIRE(surface.grow());
+  Camera far = room_camera(0);
+  far.cam_from_world_translation.x = 1e30;
+  surface.move("a", far);
+  CHECK_FALSE(surface.bend());
+}
+
 // Counts the edges of one face alone.
 std::size_t rim_edges(const Mesh& mesh) {
   std::set<std::pair<std::uint32_t, std::uint32_t>> edges;

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // Benchmark of a loop closure: a stream with a drift is fed to a live model, and then all poses are taken back at once,
-// while a viewer draws. Tells how long it takes until the stored views are consistent, until all depth images are fused
-// at their new poses, and until snapshots have the surface that is made of them; and the viewer's frames meanwhile,
-// against those before. A table in Markdown goes to stdout; exit status as of lumatlas itself.
+// while a viewer draws. Tells how long it takes until snapshots have stored views and surface at the new poses, until
+// the viewer shows them, until all depth images are fused at their new poses, and until snapshots have the surface that
+// is made of them; and the viewer's frames meanwhile, against those before. A table in Markdown goes to stdout; exit
+// status as of lumatlas itself.
 #include <tbb/task_arena.h>
 
 #include <algorithm>
@@ -47,6 +48,7 @@ struct ClosureFlags {
   std::uint32_t frames = 150, views = 100, width = 160;
   double shift = 0.15, turn = 0.03;  // of the last frame: scene units, and radians about the third axis
   double seconds = 10;               // of the viewer before the closure
+  std::uint32_t rest = 0;            // of the viewer after each frame, milliseconds
 };
 
 double ms_between(Clock::time_point a, Clock::time_point b) {
@@ -68,12 +70,13 @@ class Viewer {
  public:
   struct Frame {
     Clock::time_point start, end;
-    double snapshot_ms = 0;  // the call for the model as it is now
-    double load_ms = 0;      // of its way to the renderer, in this frame
+    double snapshot_ms = 0;                  // the call for the model as it is now
+    double load_ms = 0;                      // of its way to the renderer, in this frame
+    std::shared_ptr<const Surface> surface;  // that it shows
   };
 
-  Viewer(const LiveModel& live, const Camera& camera)
-      : live_(live), camera_(camera), thread_([this] {
+  Viewer(const LiveModel& live, const Camera& camera, std::chrono::milliseconds rest)
+      : live_(live), camera_(camera), rest_(rest), thread_([this] {
           try {
             watch();
           } catch (...) {
@@ -104,7 +107,8 @@ class Viewer {
   void watch() {
     const EglContext context;
     Renderer renderer;
-    renderer.load(*live_.snapshot());
+    std::shared_ptr<const Snapshot> shown = live_.snapshot(), coming;
+    renderer.load(*shown);
     std::optional<NextSnapshot> next;  // that is on its way to the renderer
     std::thread preparing;
     const auto end_preparing = [&] {
@@ -116,17 +120,21 @@ class Viewer {
         Frame frame;
         frame.start = Clock::now();
         if (!next) {
-          next = renderer.begin(*live_.snapshot(), {});
+          coming = live_.snapshot();
+          next = renderer.begin(*coming, {});
           preparing = std::thread([preparation = *next]() mutable { prepare(preparation); });
         }
         const Clock::time_point taken = Clock::now();
         frame.snapshot_ms = ms_between(frame.start, taken);
         const bool is_whole = renderer.upload(kUploadMs);
         frame.load_ms = ms_between(taken, Clock::now());
+        if (is_whole) shown = coming;
+        frame.surface = shown->surface;
         (void)renderer.render(camera_, {});
         frame.end = Clock::now();
         frames_.push_back(frame);
         drew_ = true;
+        std::this_thread::sleep_for(rest_);
         if (!is_whole) continue;
         preparing.join();
         next.reset();
@@ -149,6 +157,7 @@ class Viewer {
 
   const LiveModel& live_;
   Camera camera_;
+  std::chrono::milliseconds rest_;
   std::atomic<bool> ended_ = false, drew_ = false;
   std::vector<Frame> frames_;
   std::exception_ptr failure_;
@@ -205,6 +214,13 @@ void print_row(const std::string& when, double seconds, const std::vector<Viewer
             << *std::max_element(loads.begin(), loads.end()) << " |\n";
 }
 
+void print_work(const std::string& what, const LiveTimes& before, const LiveTimes& after) {
+  const std::uint64_t count = after.count - before.count;
+  if (count == 0) return;
+  std::cout << "| " << what << " | " << count << " | " << (after.total - before.total) / static_cast<double>(count)
+            << " | " << after.worst << " |\n";
+}
+
 void run(const ClosureFlags& flags) {
   if (!(std::isfinite(flags.shift) && std::isfinite(flags.turn) && (flags.shift != 0 || flags.turn != 0))) {
     throw InputError("--shift and --turn must be finite, and one of them not 0: without a drift nothing is taken back");
@@ -218,12 +234,12 @@ void run(const ClosureFlags& flags) {
   const LiveStatus fed = live.status();
   if (fed.held == 0) throw std::runtime_error("no view of the stream was stored");
   const Camera camera = truth[truth.size() / 2].camera.shrunk_to(flags.width);
-  Viewer viewer(live, camera);
+  Viewer viewer(live, camera, std::chrono::milliseconds(flags.rest));
   viewer.wait_for_first_frame();  // for which its programs are made
   const Clock::time_point start = Clock::now();
   std::this_thread::sleep_for(std::chrono::duration<double>(flags.seconds));
   const Clock::time_point closed = Clock::now();
-  live.move_views(std::move(truth));
+  live.move_views(truth);
   const double call_ms = ms_between(closed, Clock::now());
   wait_until([&] { return live.status().moving.count > fed.moving.count; });
   const Clock::time_point consistent = Clock::now();
@@ -234,15 +250,27 @@ void run(const ClosureFlags& flags) {
   const Clock::time_point fused = Clock::now();
   wait_until([&] { return live.status().surface_rests; });
   const Clock::time_point followed = Clock::now();
+  const LiveStatus done = live.status();
   const std::vector<Viewer::Frame> frames = viewer.frames();
   std::cout << std::fixed << std::setprecision(1) << "move_views() of " << fed.held << " views and " << fed.fusion.count
             << " depth images, " << fed.faces << " faces: " << call_ms << " ms\n\n"
             << "| viewer's frames | seconds | frames | median, ms | longest | longest snapshot() | longest upload() |\n"
                "|---|---|---|---|---|---|---|\n";
   print_row("before", ms_between(start, closed) / 1000, frames, start, closed);
-  print_row("until the views are consistent", ms_between(closed, consistent) / 1000, frames, closed, consistent);
+  print_row("until snapshots have the poses", ms_between(closed, consistent) / 1000, frames, closed, consistent);
+  const auto showing = std::find_if(frames.begin(), frames.end(),
+                                    [&](const Viewer::Frame& frame) { return frame.surface != frames[0].surface; });
+  if (showing != frames.end()) {
+    print_row("until the viewer shows them", ms_between(closed, showing->end) / 1000, frames, closed, showing->end);
+  }
   print_row("until the depth images are fused again", ms_between(closed, fused) / 1000, frames, closed, fused);
   print_row("until the surface has followed", ms_between(closed, followed) / 1000, frames, closed, followed);
+  std::cout << "\n| meanwhile | how many | mean, ms | longest of all |\n|---|---|---|---|\n";
+  print_work("stored views and surface moved", fed.moving, done.moving);
+  print_work("depth images fused again", fed.fusing_again, done.fusing_again);
+  print_work("surfaces made", fed.surface_making, done.surface_making);
+  print_work("surfaces taken over", fed.surface_taking, done.surface_taking);
+  print_work("depths of stored views renewed", fed.depth_renewing, done.depth_renewing);
 }
 
 }  // namespace
@@ -261,6 +289,10 @@ int main(int argc, char** argv) {
   program.add_option("--shift", flags.shift, "Drift at the last frame, scene units")->capture_default_str();
   program.add_option("--turn", flags.turn, "Drift at the last frame, radians")->capture_default_str();
   program.add_option("--seconds", flags.seconds, "Time that the viewer draws before the closure")
+      ->capture_default_str();
+  program
+      .add_option("--rest", flags.rest,
+                  "Time that the viewer rests after each frame, ms: one with a GPU takes no cores")
       ->capture_default_str();
   return run_program(program, "bench_live_closure", argc, argv, [&] { run(flags); });
 }

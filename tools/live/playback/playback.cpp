@@ -382,7 +382,7 @@ class Receiver {
     if (!live_) return;
     if (kept_) kept_->move(message.views);
     for (MovedView& view : message.views) move(view.camera);
-    live_->move_views(std::move(message.views));
+    live_->move_views(message.views);
   }
 
   void handle(PieceMessage&& message) {
