@@ -135,6 +135,7 @@ struct LiveModel::State {
   std::vector<WaitingDepth> depths;
   Poses depth_moves;  // that the surface has not been told yet; stored views take them with it
   bool depths_busy = false;
+  bool bends = false;                            // the surface is being told of poses
   LiveClock::time_point held_until{};            // since the surface was bent, how long another may wait
   std::map<std::uint32_t, TriangleSoup> pieces;  // that the surface does not have yet
   // Sizes of all pieces, by number, and their sums.
@@ -193,6 +194,10 @@ struct LiveModel::State {
   [[nodiscard]] bool has_surface_to_make() const;
   [[nodiscard]] bool may_make_surface() const;
   [[nodiscard]] bool may_take_depth_moves() const { return !depth_moves.empty() && !grown; }
+  // Returns whether stored views are still to take poses that were given.
+  [[nodiscard]] bool poses_wait() const {
+    return !moves.empty() || !depth_moves.empty() || bends || (grown && grown->moves);
+  }
   [[nodiscard]] bool is_held() const { return held_until > LiveClock::now(); }
   void note_passed(const Camera& camera);
   void give_up(std::size_t place, LiveVerdict& verdict);
@@ -280,9 +285,10 @@ bool LiveModel::State::is_ready(const WaitingView& view, std::uint64_t surface_d
   return !view.for_depths || surface_depths >= *view.for_depths || (depths_rest() && !grown);
 }
 
-// The most urgent view first, of equals the one that was offered first.
+// The most urgent view first, of equals the one that was offered first. None while others are to move: it would be
+// refined by what they show elsewhere.
 std::optional<std::size_t> LiveModel::State::next_view() const {
-  if (!sight) return std::nullopt;
+  if (!sight || poses_wait()) return std::nullopt;
   const LiveClock::time_point now = LiveClock::now();
   const auto is_before = [&](const WaitingView& a, const WaitingView& b) {
     return urgency(a, now, options.longest_wait) > urgency(b, now, options.longest_wait);
@@ -773,15 +779,17 @@ void LiveModel::State::fuse_next(Lock& lock) {
 // Bends the surface as its frames have moved, so that it and the stored views move together.
 void LiveModel::State::take_depth_moves(Lock& lock) {
   Poses poses = std::exchange(depth_moves, {});
-  const bool bends = !finishing;
+  bends = true;
+  const bool is_shown = !finishing;
   std::optional<GrownSurface> bent;
   if (follows_moves) {
     lock.unlock();
     for (const auto& [name, camera] : poses) surface.move(name, camera);
-    if (bends) bent = surface.bend();
+    if (is_shown) bent = surface.bend();
     lock.lock();
     status.depths_to_move = surface.moved();
   }
+  bends = false;
   if (bent) {
     grown = Grown{std::move(*bent), made_of, std::move(poses)};
     if (!is_held()) held_until = LiveClock::now() + kLongestBent;

@@ -367,6 +367,41 @@ TEST_CASE("a loop closure moves stored views and surface together, before a dept
   CHECK(live.status().depths_to_move == 0);
 }
 
+TEST_CASE("no view is read and refined between the call that moves views and their move") {
+  LiveModel live(room_live_options());
+  for (std::size_t number = 0; number < 8; ++number) {
+    fuse_room(live, number);
+    wait_for([&] { return live.status().fusion.count == number + 1; });
+  }
+  offer_room(live, 0);
+  wait_for([&] { return live.status().stored == 1 && live.status().surface_rests; });
+  BlockedSource depth;
+  live.fuse("blocks", room_camera(0), [&]() -> DepthImage {
+    depth.wait();
+    throw std::runtime_error("it never was there");
+  });
+  wait_for([&] { return depth.asked(); });
+  std::vector<MovedView> closed;
+  for (std::size_t number = 0; number < 8; ++number) {
+    Camera camera = room_camera(number);
+    camera.cam_from_world_translation -= camera.cam_from_world_rotation * glm::dvec3(0.5, -0.25, -1);
+    closed.push_back({room_view(number), camera});
+  }
+  live.move_views(closed);
+  std::atomic<std::uint64_t> moved_before = 0, asked = 0;
+  const Camera camera = closed[4].camera;
+  live.offer(room_view(4), camera, [&] {
+    moved_before = live.status().moving.count;
+    ++asked;
+    return pattern_photograph(camera, 4);
+  });
+  depth.release();
+  wait_for([&] { return live.status().waiting == 0; });
+  (void)live.finish();
+  REQUIRE(asked == 1);
+  CHECK(moved_before == 1);
+}
+
 TEST_CASE("a caller that makes the surface anew does not wait for depth frames that move") {
   LiveModel live(room_live_options());
   std::vector<MovedView> closed;
