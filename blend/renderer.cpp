@@ -725,6 +725,10 @@ void Renderer::State::take_upload() {
     // A picture may have renewed the colours of the batches that stay.
     const bool has_colors = is_whole || !objects.colors.empty() || loaded_colors == preparation.former().colors;
     take_batches(former_stays ? shown.get() : nullptr, *prepared.zones, std::move(objects.mesh));
+    for (std::size_t i = 0; i < objects.positions.size(); ++i) {
+      batches[i].positions = std::move(objects.positions[i]);
+      make_vertices(batches[i]);
+    }
     for (std::size_t i = 0; i < objects.colors.size(); ++i) {
       batches[i].colors = std::move(objects.colors[i]);
       make_vertices(batches[i]);

@@ -18,6 +18,10 @@ void SnapshotUpload::plan() {
     buffers_.push_back({GradualBuffer(mesh.zones), &to.zone_numbers});
     buffers_.push_back({GradualBuffer(mesh.faces), &to.faces});
   }
+  objects_.positions.resize(prepared.positions.size());
+  for (std::size_t i = 0; i < prepared.positions.size(); ++i) {
+    buffers_.push_back({GradualBuffer(prepared.positions[i]), &objects_.positions[i]});
+  }
   objects_.colors.resize(prepared.colors.size());
   for (std::size_t i = 0; i < prepared.colors.size(); ++i) {
     buffers_.push_back({GradualBuffer(prepared.colors[i]), &objects_.colors[i]});

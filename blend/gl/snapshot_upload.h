@@ -36,8 +36,8 @@ class SnapshotUpload {
 
   // What is there once step() has returned `whole`. Empty: what was there before stays.
   struct Objects {
-    std::optional<MeshObjects> mesh;  // of the last batch
-    std::vector<GlBuffer> colors;     // of each batch that stays
+    std::optional<MeshObjects> mesh;          // of the last batch
+    std::vector<GlBuffer> positions, colors;  // of each batch that stays
     GlTexture zones, cells;
     std::optional<GlTable> references, views;
     std::optional<GlBuffer> views_block;

@@ -327,6 +327,76 @@ class Layout {
 
 }  // namespace
 
+namespace {
+
+bool differ_in_places_alone(const Surface& a, const Surface& b) {
+  return a.mesh.positions.size() == b.mesh.positions.size() && a.cells.cells.size() == b.cells.cells.size() &&
+         a.far_faces == b.far_faces && a.far_vertices == b.far_vertices && a.far_cells == b.far_cells &&
+         a.mesh.faces == b.mesh.faces && a.cells.cell_of_face == b.cells.cell_of_face;
+}
+
+// The movement of some vertices: that of the middle of their movements' box, and how far others are from it.
+struct ChunkMotion {
+  glm::dvec3 shift{0.0};
+  double spread = 0;
+
+  void move(Ball& ball) const {
+    if (ball.radius < 0) return;
+    ball.center += shift;
+    ball.radius += spread;
+  }
+};
+
+ChunkMotion motion_of(const Mesh& before, const Mesh& now, std::span<const std::uint32_t> vertices) {
+  glm::dvec3 least(std::numeric_limits<double>::infinity()), most(-least);
+  for (const std::uint32_t vertex : vertices) {
+    const glm::dvec3 moved = glm::dvec3(now.positions[vertex]) - glm::dvec3(before.positions[vertex]);
+    least = glm::min(least, moved);
+    most = glm::max(most, moved);
+  }
+  if (vertices.empty()) return {};
+  return {(least + most) / 2.0, glm::distance(least, most) / 2};
+}
+
+}  // namespace
+
+std::shared_ptr<const DrawnZones> moved_zones(const std::shared_ptr<const Surface>& surface, double border_width,
+                                              const DrawnZones& former) {
+  if (former.is_joined || former.border_width != border_width || !differ_in_places_alone(*surface, *former.surface)) {
+    return nullptr;
+  }
+  auto zones = std::make_shared<DrawnZones>(former);
+  zones->surface = surface;
+  zones->can_follow = false;  // what was laid out is not what would be
+  zones->balls.clear();
+  tbb::parallel_for(std::size_t{0}, zones->chunks.size(), [&](std::size_t i) {
+    DrawnChunk& chunk = zones->chunks[i];
+    ChunkLayout layout = *chunk.layout;
+    const std::span<const std::uint32_t> vertices =
+        std::span(zones->batches[chunk.batch].sources).subspan(layout.first_vertex, layout.sources.size());
+    const ChunkMotion motion = motion_of(former.surface->mesh, surface->mesh, vertices);
+    for (Ball& ball : layout.balls) motion.move(ball);
+    for (auto& of_shader : layout.runs) {
+      for (BallOfFaces& run : of_shader) motion.move(run.ball);
+    }
+    chunk.layout = std::make_shared<const ChunkLayout>(std::move(layout));
+  });
+  for (const DrawnChunk& chunk : zones->chunks) {
+    zones->balls.insert(zones->balls.end(), chunk.layout->balls.begin(), chunk.layout->balls.end());
+  }
+  return zones;
+}
+
+std::vector<glm::vec3> copied_positions(const Mesh& mesh, const DrawnBatch& batch) {
+  std::vector<glm::vec3> copies(batch.sources.size());
+  tbb::parallel_for(tbb::blocked_range<std::size_t>(0, copies.size(), 16384), [&](const auto& range) {
+    for (std::size_t i = range.begin(); i < range.end(); ++i) {
+      if (batch.sources[i] != kNotDrawn) copies[i] = mesh.positions[batch.sources[i]];
+    }
+  });
+  return copies;
+}
+
 RunsOfShaders DrawnZones::in_view(const Camera& camera) const {
   const ViewPyramid pyramid = view_pyramid(camera);
   RunsOfShaders seen;

@@ -95,6 +95,15 @@ struct ZoneOptions {
 [[nodiscard]] MadeZones make_zones(const std::shared_ptr<const Surface>& surface, const ZoneOptions& options,
                                    const DrawnZones* former);
 
+// Returns the zones of a surface that differs from that of `former` in the places of its vertices and cells alone. They
+// are drawn by the batches that are there, with copied_positions(). Shares of cells stay, although widths on the
+// surface may have changed; balls grow by as much as a chunk's vertices have moved apart. Returns null for another
+// surface or width, and where cells were joined.
+[[nodiscard]] std::shared_ptr<const DrawnZones> moved_zones(const std::shared_ptr<const Surface>& surface,
+                                                            double border_width, const DrawnZones& former);
+
+// Returns the positions of the vertices of a batch.
+[[nodiscard]] std::vector<glm::vec3> copied_positions(const Mesh& mesh, const DrawnBatch& batch);
 // Returns the colours of the vertices of a batch.
 [[nodiscard]] std::vector<glm::u8vec3> copied_colors(const FallbackColors& colors, const DrawnBatch& batch);
 

@@ -50,6 +50,30 @@ void SnapshotPreparation::run() {
 void SnapshotPreparation::make_tables() {
   const SameTables same = same_tables(former_.tables.get(), snapshot_);
   tables_.tables = tables_after(former_.tables.get(), snapshot_);
+  if (!move_mesh()) make_mesh(same);
+  tables_.references = unranked(*tables_.lists);
+  tables_.views = view_table(snapshot_, array_.contents);
+}
+
+// Makes positions alone, where only these have changed. Colours move with their vertices: those of the snapshot would
+// take most of the time, because each photograph is projected anew. The snapshot after this one brings them.
+bool SnapshotPreparation::move_mesh() {
+  const Surface& surface = *tables_.tables->surface;
+  if (!former_.zones || former_.zones->surface->mesh.positions == surface.mesh.positions) return false;
+  if (former_.colors.size() != surface.mesh.positions.size()) return false;
+  tables_.zones = moved_zones(tables_.tables->surface, options_.border_width, *former_.zones);
+  if (!tables_.zones) return false;
+  for (const DrawnBatch& batch : tables_.zones->batches) {
+    tables_.positions.push_back(copied_positions(surface.mesh, batch));
+  }
+  auto tables = std::make_shared<SnapshotTables>(*tables_.tables);
+  tables->vertex_colors = former_.colors;
+  tables_.tables = std::move(tables);
+  tables_.lists = lists_of(*tables_.tables, *tables_.zones);
+  return true;
+}
+
+void SnapshotPreparation::make_mesh(const SameTables& same) {
   const SnapshotTables& tables = *tables_.tables;
   const DrawnZones* former = former_.zones.get();
   if (stays(former, same) && former->border_width == options_.border_width) {
@@ -70,8 +94,6 @@ void SnapshotPreparation::make_tables() {
   if (!(former_.colors == tables.vertex_colors)) {
     for (const DrawnBatch& batch : batches) tables_.colors.push_back(copied_colors(tables.vertex_colors, batch));
   }
-  tables_.references = unranked(*tables_.lists);
-  tables_.views = view_table(snapshot_, array_.contents);
 }
 
 // Makes tiles on all processors, kBytesAtOnce of them at a time.

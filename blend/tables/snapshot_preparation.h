@@ -44,7 +44,8 @@ struct PreparedTables {
   std::shared_ptr<const SnapshotTables> tables;
   std::shared_ptr<const DrawnZones> zones;
   std::optional<ZoneMesh> mesh;  // of the last batch; none: no batch is new
-  // For each batch that stays, in their order. Empty: their colours stay too.
+  // For each batch that stays, in their order. Empty: their positions, or their colours, stay too.
+  std::vector<std::vector<glm::vec3>> positions;
   std::vector<std::vector<glm::u8vec3>> colors;
   std::shared_ptr<const ZoneReferences> lists;
   std::vector<RankedReference> references;  // not ranked yet
@@ -76,6 +77,8 @@ class SnapshotPreparation {
 
  private:
   void make_tables();
+  void make_mesh(const SameTables& same);
+  [[nodiscard]] bool move_mesh();
   void prepare_tiles();
   // Waits until more tiles may wait. Returns false if the snapshot was given up.
   [[nodiscard]] bool wait_for_room();

@@ -223,6 +223,89 @@ TEST_CASE("a surface that takes its own place keeps all that is laid out") {
   CHECK(make_zones(same, options, joined_cells.zones.get()).mesh->faces.size() == surface->mesh.faces.size());
 }
 
+// Turns and shifts the wall a little, and bends it by a part of a unit.
+Surface bent_wall(Surface surface) {
+  for (glm::vec3& position : surface.mesh.positions) {
+    const float bend = 0.3F * std::sin(0.4F * position.x);
+    position = {position.x - 0.1F * position.y + 7, position.y + 0.1F * position.x - 3, position.z + 11 + bend};
+  }
+  surface.cells = measure_cells(surface.mesh, surface.cells.cell_of_face, surface.cells.size);
+  return surface;
+}
+
+TEST_CASE("a surface that differs in the places of its vertices alone is drawn by the batches that are there") {
+  ZoneOptions options;
+  options.border_width = 0.1;
+  options.will_change = true;
+  const auto wall = std::make_shared<const Surface>(bumpy_wall());
+  const MadeZones made = make_zones(wall, options, nullptr);
+  REQUIRE(made.mesh);
+  const auto bent = std::make_shared<const Surface>(bent_wall(*wall));
+  const std::shared_ptr<const DrawnZones> moved = moved_zones(bent, 0.1, *made.zones);
+  REQUIRE(moved);
+  CHECK(moved->surface == bent);
+  REQUIRE(moved->batches.size() == 1);
+  CHECK(moved->batches[0].number == made.zones->batches[0].number);
+  CHECK(moved->cells.cell == made.zones->cells.cell);
+  const std::vector<glm::vec3> positions = copied_positions(bent->mesh, moved->batches[0]);
+  REQUIRE(positions.size() == made.mesh->positions.size());
+  for (std::size_t vertex = 0; vertex < positions.size(); ++vertex) {
+    CHECK(positions[vertex] == bent->mesh.positions[moved->batches[0].sources[vertex]]);
+    CHECK(made.mesh->positions[vertex] == wall->mesh.positions[moved->batches[0].sources[vertex]]);
+  }
+  // All faces in view are drawn, and few others.
+  const std::vector<glm::uvec3>& faces = made.mesh->faces;
+  std::mt19937 random(17);
+  std::size_t drawn = 0;
+  for (int picture = 0; picture < 20; ++picture) {
+    Camera camera = centered_camera(100, 100, 100);
+    camera.cam_from_world_translation = -glm::dvec3(positions[random() % positions.size()]) + glm::dvec3(0, 0, 4);
+    std::vector<int> is_drawn(faces.size(), 0);
+    for (const auto& of_shader : moved->in_view(camera)) {
+      for (const auto& [batch, run] : of_shader) {
+        for (std::uint32_t face = run.first; face < run.first + run.count; ++face) is_drawn.at(face) = 1;
+        drawn += run.count;
+      }
+    }
+    std::size_t missing = 0;
+    for (std::size_t face = 0; face < faces.size(); ++face) {
+      const glm::dvec3 cam = camera.cam_from_world(glm::dvec3(positions[faces[face].x]));
+      const glm::dvec2 at = camera.image_from_cam(cam);
+      const bool in_image = cam.z > 0 && at.x >= 0 && at.y >= 0 && at.x < 100 && at.y < 100;
+      missing += in_image && is_drawn[face] == 0 ? 1 : 0;
+    }
+    CHECK(missing == 0);
+  }
+  CHECK(drawn > 0);
+  CHECK(drawn < 20 * faces.size() / 2);
+  for (const Ball& ball : moved->balls) CHECK(ball.radius < 3);
+  // What is laid out for the next surface does not rest on the shares of this one.
+  const auto next = std::make_shared<const Surface>(*bent);
+  const MadeZones whole = make_zones(next, options, moved.get());
+  REQUIRE(whole.mesh);
+  CHECK(whole.mesh->faces.size() == next->mesh.faces.size());
+}
+
+TEST_CASE("batches are not moved to a surface of other faces, cells or width, or under joined cells") {
+  ZoneOptions options;
+  options.border_width = 0.1;
+  options.will_change = true;
+  const auto wall = std::make_shared<const Surface>(bumpy_wall());
+  const MadeZones made = make_zones(wall, options, nullptr);
+  Surface bent = bent_wall(*wall);
+  CHECK_FALSE(moved_zones(std::make_shared<const Surface>(bent), 0.2, *made.zones));
+  Surface turned = bent;
+  std::swap(turned.mesh.faces[5].x, turned.mesh.faces[5].y);
+  CHECK_FALSE(moved_zones(std::make_shared<const Surface>(turned), 0.1, *made.zones));
+  Surface other_cells = bent;
+  other_cells.cells.cell_of_face[7] = CellId((other_cells.cells.cell_of_face[7] + 1) % 100);
+  CHECK_FALSE(moved_zones(std::make_shared<const Surface>(other_cells), 0.1, *made.zones));
+  ZoneOptions joining = options;
+  joining.stands_for.assign(wall->cells.cells.size(), 0);
+  const MadeZones joined_cells = make_zones(wall, joining, nullptr);
+  CHECK_FALSE(moved_zones(std::make_shared<const Surface>(bent), 0.1, *joined_cells.zones));
+}
+
 TEST_CASE("each combination of cells ranks a list of its own, also where one cell stands for those of several chunks") {
   const auto surface = std::make_shared<const Surface>(bumpy_wall());
   const std::size_t cells = surface->cells.cells.size();

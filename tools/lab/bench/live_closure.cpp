@@ -106,7 +106,7 @@ class Viewer {
 
   void watch() {
     const EglContext context;
-    Renderer renderer;
+    Renderer renderer({.join_cells = false});  // as once a store has changed
     std::shared_ptr<const Snapshot> shown = live_.snapshot(), coming;
     renderer.load(*shown);
     std::optional<NextSnapshot> next;  // that is on its way to the renderer
