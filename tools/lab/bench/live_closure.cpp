@@ -4,44 +4,36 @@
 // the viewer shows them, until all depth images are fused at their new poses, and until snapshots have the surface that
 // is made of them; and the viewer's frames meanwhile, against those before. A table in Markdown goes to stdout; exit
 // status as of lumatlas itself.
-#include <tbb/task_arena.h>
-
 #include <algorithm>
-#include <atomic>
 #include <chrono>
 #include <cmath>
 #include <cstdint>
-#include <exception>
 #include <filesystem>
 #include <glm/glm.hpp>
 #include <iomanip>
 #include <iostream>
 #include <memory>
-#include <mutex>
 #include <optional>
 #include <string>
 #include <thread>
 #include <utility>
 #include <vector>
 
-#include "blend/gl/egl_context.h"
-#include "blend/next_snapshot.h"
-#include "blend/renderer.h"
 #include "mesh/base/errors.h"
 #include "mesh/base/median.h"
-#include "mesh/base/thread_priority.h"
+#include "tools/lab/bench/closure_viewer.h"
 #include "tools/lab/bench/program.h"
 #include "tools/live/live_model.h"
 #include "tools/live/playback/captured_stream.h"
 #include "tools/meshing/depth/scene_depth.h"
+#include "tools/score/measures/scores.h"
 
 namespace lumatlas {
 
 namespace {
 
 using Clock = std::chrono::steady_clock;
-
-constexpr double kUploadMs = 4;  // of each of the viewer's frames, for the next snapshot
+using Frame = ClosureViewer::Frame;
 
 struct ClosureFlags {
   std::filesystem::path folder;
@@ -49,6 +41,7 @@ struct ClosureFlags {
   double shift = 0.15, turn = 0.03;  // of the last frame: scene units, and radians about the third axis
   double seconds = 10;               // of the viewer before the closure
   std::uint32_t rest = 0;            // of the viewer after each frame, milliseconds
+  std::filesystem::path pictures;    // folder; empty: none
 };
 
 double ms_between(Clock::time_point a, Clock::time_point b) {
@@ -64,105 +57,6 @@ Camera drifted(Camera camera, const ClosureFlags& flags, double share) {
   camera.cam_from_world_rotation = camera.cam_from_world_rotation * turn;
   return camera;
 }
-
-// Draws the model over and over on a thread of its own, and notes each frame.
-class Viewer {
- public:
-  struct Frame {
-    Clock::time_point start, end;
-    double snapshot_ms = 0;                  // the call for the model as it is now
-    double load_ms = 0;                      // of its way to the renderer, in this frame
-    std::shared_ptr<const Surface> surface;  // that it shows
-  };
-
-  Viewer(const LiveModel& live, const Camera& camera, std::chrono::milliseconds rest)
-      : live_(live), camera_(camera), rest_(rest), thread_([this] {
-          try {
-            watch();
-          } catch (...) {
-            failure_ = std::current_exception();
-            ended_ = true;
-          }
-        }) {}
-  ~Viewer() { join(); }
-  Viewer(const Viewer&) = delete;
-  Viewer& operator=(const Viewer&) = delete;
-
-  void wait_for_first_frame() const {
-    while (!drew_ && !ended_) std::this_thread::sleep_for(std::chrono::milliseconds(1));
-  }
-  // Ends the viewer. Throws what ended it before.
-  std::vector<Frame> frames() {
-    join();
-    if (failure_) std::rethrow_exception(failure_);
-    return std::move(frames_);
-  }
-
- private:
-  void join() {
-    ended_ = true;
-    if (thread_.joinable()) thread_.join();
-  }
-
-  void watch() {
-    const EglContext context;
-    Renderer renderer({.join_cells = false});  // as once a store has changed
-    std::shared_ptr<const Snapshot> shown = live_.snapshot(), coming;
-    renderer.load(*shown);
-    std::optional<NextSnapshot> next;  // that is on its way to the renderer
-    std::thread preparing;
-    const auto end_preparing = [&] {
-      if (next) next->cancel();
-      if (preparing.joinable()) preparing.join();
-    };
-    try {
-      while (!ended_) {
-        Frame frame;
-        frame.start = Clock::now();
-        if (!next) {
-          coming = live_.snapshot();
-          next = renderer.begin(*coming, {});
-          preparing = std::thread([preparation = *next]() mutable { prepare(preparation); });
-        }
-        const Clock::time_point taken = Clock::now();
-        frame.snapshot_ms = ms_between(frame.start, taken);
-        const bool is_whole = renderer.upload(kUploadMs);
-        frame.load_ms = ms_between(taken, Clock::now());
-        if (is_whole) shown = coming;
-        frame.surface = shown->surface;
-        (void)renderer.render(camera_, {});
-        frame.end = Clock::now();
-        frames_.push_back(frame);
-        drew_ = true;
-        std::this_thread::sleep_for(rest_);
-        if (!is_whole) continue;
-        preparing.join();
-        next.reset();
-      }
-    } catch (...) {
-      end_preparing();
-      throw;
-    }
-    end_preparing();
-  }
-
-  // Gives way to the thread that draws. upload() throws what this thread cannot.
-  static void prepare(NextSnapshot& next) {
-    lower_thread_priority();
-    try {
-      tbb::task_arena(1).execute([&] { next.prepare(); });
-    } catch (const std::exception&) {  // NOLINT(bugprone-empty-catch)
-    }
-  }
-
-  const LiveModel& live_;
-  Camera camera_;
-  std::chrono::milliseconds rest_;
-  std::atomic<bool> ended_ = false, drew_ = false;
-  std::vector<Frame> frames_;
-  std::exception_ptr failure_;
-  std::thread thread_;
-};
 
 template <typename Done>
 void wait_until(const Done& done) {
@@ -198,10 +92,10 @@ std::vector<MovedView> feed(LiveModel& live, const CapturedStream& stream, const
   return truth;
 }
 
-void print_row(const std::string& when, double seconds, const std::vector<Viewer::Frame>& frames,
-               Clock::time_point from, Clock::time_point to) {
+void print_row(const std::string& when, double seconds, const std::vector<Frame>& frames, Clock::time_point from,
+               Clock::time_point to) {
   std::vector<double> whole, snapshots, loads;
-  for (const Viewer::Frame& frame : frames) {
+  for (const Frame& frame : frames) {
     if (frame.end < from || frame.start > to) continue;
     whole.push_back(ms_between(frame.start, frame.end));
     snapshots.push_back(frame.snapshot_ms);
@@ -221,6 +115,23 @@ void print_work(const std::string& what, const LiveTimes& before, const LiveTime
             << " | " << after.worst << " |\n";
 }
 
+// Writes the viewer's pictures, and the photograph that was taken from there.
+void write_pictures(const std::vector<ClosureViewer::Picture>& pictures, Clock::time_point closed,
+                    const Photograph& photograph, const std::filesystem::path& folder) {
+  std::filesystem::create_directories(folder);
+  write_image(folder / "photograph.png", photograph);
+  std::cout << "\n| picture | seconds after the closure | PSNR where there is a surface, dB |\n|---|---|---|\n";
+  for (std::size_t i = 0; i < pictures.size(); ++i) {
+    const auto& [time, rendering] = pictures[i];
+    const std::string name = "picture-" + std::to_string(i) + ".png";
+    write_image(folder / name, rendering.picture);
+    std::vector<std::uint8_t> surface;
+    for (const PixelState state : rendering.state) surface.push_back(state != PixelState::empty ? 255 : 0);
+    std::cout << "| " << name << " | " << ms_between(closed, time) / 1000 << " | "
+              << psnr(rendering.picture, photograph, surface) << " |\n";
+  }
+}
+
 void run(const ClosureFlags& flags) {
   if (!(std::isfinite(flags.shift) && std::isfinite(flags.turn) && (flags.shift != 0 || flags.turn != 0))) {
     throw InputError("--shift and --turn must be finite, and one of them not 0: without a drift nothing is taken back");
@@ -233,8 +144,10 @@ void run(const ClosureFlags& flags) {
   std::vector<MovedView> truth = feed(live, stream, flags);
   const LiveStatus fed = live.status();
   if (fed.held == 0) throw std::runtime_error("no view of the stream was stored");
-  const Camera camera = truth[truth.size() / 2].camera.shrunk_to(flags.width);
-  Viewer viewer(live, camera, std::chrono::milliseconds(flags.rest));
+  const SceneView& looked_at = stream.scene.views[truth.size() / 2];
+  const bool has_pictures = !flags.pictures.empty();
+  const Camera camera = has_pictures ? looked_at.camera : looked_at.camera.shrunk_to(flags.width);
+  ClosureViewer viewer(live, camera, std::chrono::milliseconds(flags.rest), has_pictures);
   viewer.wait_for_first_frame();  // for which its programs are made
   const Clock::time_point start = Clock::now();
   std::this_thread::sleep_for(std::chrono::duration<double>(flags.seconds));
@@ -251,7 +164,7 @@ void run(const ClosureFlags& flags) {
   wait_until([&] { return live.status().surface_rests; });
   const Clock::time_point followed = Clock::now();
   const LiveStatus done = live.status();
-  const std::vector<Viewer::Frame> frames = viewer.frames();
+  const std::vector<Frame> frames = viewer.end();
   std::cout << std::fixed << std::setprecision(1) << "move_views() of " << fed.held << " views and " << fed.fusion.count
             << " depth images, " << fed.faces << " faces: " << call_ms << " ms\n\n"
             << "| viewer's frames | seconds | frames | median, ms | longest | longest snapshot() | longest upload() |\n"
@@ -259,7 +172,7 @@ void run(const ClosureFlags& flags) {
   print_row("before", ms_between(start, closed) / 1000, frames, start, closed);
   print_row("until snapshots have the poses", ms_between(closed, consistent) / 1000, frames, closed, consistent);
   const auto showing = std::find_if(frames.begin(), frames.end(),
-                                    [&](const Viewer::Frame& frame) { return frame.surface != frames[0].surface; });
+                                    [&](const Frame& frame) { return frame.surface != frames[0].surface; });
   if (showing != frames.end()) {
     print_row("until the viewer shows them", ms_between(closed, showing->end) / 1000, frames, closed, showing->end);
   }
@@ -271,6 +184,7 @@ void run(const ClosureFlags& flags) {
   print_work("surfaces made", fed.surface_making, done.surface_making);
   print_work("surfaces taken over", fed.surface_taking, done.surface_taking);
   print_work("depths of stored views renewed", fed.depth_renewing, done.depth_renewing);
+  if (has_pictures) write_pictures(viewer.pictures(), closed, load_photograph(looked_at), flags.pictures);
 }
 
 }  // namespace
@@ -294,5 +208,7 @@ int main(int argc, char** argv) {
       .add_option("--rest", flags.rest,
                   "Time that the viewer rests after each frame, ms: one with a GPU takes no cores")
       ->capture_default_str();
+  program.add_option("--pictures", flags.pictures,
+                     "Folder for the first picture of each surface and the last of all, as large as the photographs");
   return run_program(program, "bench_live_closure", argc, argv, [&] { run(flags); });
 }
