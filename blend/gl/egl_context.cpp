@@ -80,8 +80,9 @@ EGLenum api_of(bool embedded) {
   return embedded ? EGL_OPENGL_ES_API : EGL_OPENGL_API;
 }
 
-// A core context of that version or a later one. The API must be bound.
-EGLContext make_context(EGLDisplay display, EGLConfig config, const GlVersion& version, bool debug) {
+// A core context of that version or a later one, which may share its objects with another. The API must be bound.
+EGLContext make_context(EGLDisplay display, EGLConfig config, const GlVersion& version, bool debug,
+                        EGLContext shared = EGL_NO_CONTEXT) {
   std::vector<EGLint> attributes{EGL_CONTEXT_MAJOR_VERSION, version.major,
                                  EGL_CONTEXT_MINOR_VERSION, version.minor,
                                  EGL_CONTEXT_OPENGL_DEBUG,  debug ? EGL_TRUE : EGL_FALSE};
@@ -92,12 +93,22 @@ EGLContext make_context(EGLDisplay display, EGLConfig config, const GlVersion& v
   if (can_report_resets(display)) {
     attributes.insert(attributes.end(),
                       {EGL_CONTEXT_OPENGL_RESET_NOTIFICATION_STRATEGY, EGL_LOSE_CONTEXT_ON_RESET, EGL_NONE});
-    const EGLContext made = eglCreateContext(display, config, EGL_NO_CONTEXT, attributes.data());
+    auto* const made = eglCreateContext(display, config, shared, attributes.data());
     if (made != EGL_NO_CONTEXT) return made;
     attributes.resize(plain);
   }
   attributes.push_back(EGL_NONE);
-  return eglCreateContext(display, config, EGL_NO_CONTEXT, attributes.data());
+  return eglCreateContext(display, config, shared, attributes.data());
+}
+
+// Returns the configuration of a context, which may be none.
+EGLConfig config_of(EGLDisplay display, EGLContext context) {
+  EGLint number = 0, configs = 0;
+  EGLConfig config = EGL_NO_CONFIG_KHR;
+  if (!eglQueryContext(display, context, EGL_CONFIG_ID, &number) || number == 0) return EGL_NO_CONFIG_KHR;
+  const std::array<EGLint, 3> attributes{EGL_CONFIG_ID, number, EGL_NONE};
+  if (!eglChooseConfig(display, attributes.data(), &config, 1, &configs) || configs == 0) return EGL_NO_CONFIG_KHR;
+  return config;
 }
 
 // For people whose driver is too old: which version it has.
@@ -105,7 +116,7 @@ std::string newest_version(EGLDisplay display, EGLConfig config) {
   constexpr std::array<std::array<EGLint, 2>, 8> kVersions{
       {{4, 4}, {4, 3}, {4, 2}, {4, 1}, {4, 0}, {3, 3}, {3, 2}, {3, 1}}};
   for (const auto& [major, minor] : kVersions) {
-    const EGLContext made = make_context(display, config, {major, minor, false}, false);
+    auto* const made = make_context(display, config, {major, minor, false}, false);
     if (made == EGL_NO_CONTEXT) continue;
     eglDestroyContext(display, made);
     return "only OpenGL " + std::to_string(major) + "." + std::to_string(minor);
@@ -212,6 +223,28 @@ EglContext::EglContext(const Options& options) : state_(std::make_unique<State>(
     glDebugMessageCallback(remember_error, nullptr);
   }
   if (!options.stays_current) bind_again(previous, state_->display);
+}
+
+EglContext::EglContext(std::unique_ptr<State> state) : state_(std::move(state)) {}
+
+std::optional<EglContext> EglContext::sharing_with_current() {
+  if (!can_be_loaded("libEGL.so.1")) return std::nullopt;
+  const Binding current;
+  if (current.context == EGL_NO_CONTEXT) return std::nullopt;
+  if (!epoxy_has_egl_extension(current.display, "EGL_KHR_surfaceless_context")) return std::nullopt;
+  auto state = std::make_unique<State>();
+  state->display = current.display;
+  state->embedded = !epoxy_is_desktop_gl();
+  GLint major = 0, minor = 0;
+  glGetIntegerv(GL_MAJOR_VERSION, &major);
+  glGetIntegerv(GL_MINOR_VERSION, &minor);
+  eglBindAPI(api_of(state->embedded));
+  state->context = make_context(current.display, config_of(current.display, current.context),
+                                {major, minor, state->embedded}, false, current.context);
+  eglBindAPI(current.api);
+  if (state->context == EGL_NO_CONTEXT) return std::nullopt;
+  state->description = "sharing: " + gl_string(GL_RENDERER);
+  return EglContext(std::move(state));
 }
 
 EglContext::~EglContext() = default;

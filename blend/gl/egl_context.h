@@ -3,6 +3,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <stdexcept>
 #include <string>
 
@@ -28,6 +29,10 @@ class EglContext {
   };
   explicit EglContext(const Options& options);  // throws GlError: what is missing, or was tried and why it failed
   EglContext() : EglContext(Options{}) {}
+  // Returns a context that shares its textures, buffers and programs with the context that is current on this thread,
+  // which any code may have made. It is current on no thread: see CurrentContext. None if no context of EGL is current,
+  // or if its driver makes no second one.
+  [[nodiscard]] static std::optional<EglContext> sharing_with_current();
   ~EglContext();
   EglContext(EglContext&&) noexcept;
   EglContext& operator=(EglContext&&) noexcept;
@@ -38,6 +43,7 @@ class EglContext {
  private:
   friend class CurrentContext;
   struct State;
+  explicit EglContext(std::unique_ptr<State> state);
   std::unique_ptr<State> state_;
 };
 

@@ -26,7 +26,7 @@ TEST_CASE("a context says what it is and can be made again after it is gone") {
 TEST_CASE("where the display can tell, a context reports that the GPU was reset") {
   const std::optional<EglContext> context = context_or_skip();
   if (!context) return;
-  const EGLDisplay display = eglGetCurrentDisplay();
+  auto* const display = eglGetCurrentDisplay();
   if (epoxy_egl_version(display) < 15 && !epoxy_has_egl_extension(display, "EGL_EXT_create_context_robustness")) {
     return skip("EGL without contexts that tell of a reset of the GPU");
   }
@@ -35,6 +35,36 @@ TEST_CASE("where the display can tell, a context reports that the GPU was reset"
   CHECK(strategy == GL_LOSE_CONTEXT_ON_RESET);
   CHECK(glGetGraphicsResetStatus() == GL_NO_ERROR);
   CHECK_NOTHROW(check_gl("asking"));
+}
+
+TEST_CASE("a context that shares with the current one leaves that current, and is drawn with on another thread") {
+  const bool embedded = GENERATE(false, true);
+  std::optional<EglContext> context = context_or_skip({.embedded = embedded});
+  if (!context) return;
+  auto* const before = eglGetCurrentContext();
+  const EGLenum api = eglQueryAPI();
+  std::optional<EglContext> sharing = EglContext::sharing_with_current();
+  if (!sharing) return skip("a driver without contexts that share objects");
+  CHECK(eglGetCurrentContext() == before);
+  CHECK(eglQueryAPI() == api);
+  GLuint name = 0;
+  std::thread([&] {
+    const CurrentContext current(*sharing);
+    glGenTextures(1, &name);
+    glBindTexture(GL_TEXTURE_2D, name);
+    glTexStorage2D(GL_TEXTURE_2D, 1, GL_RGBA8, 4, 4);
+    glBindTexture(GL_TEXTURE_2D, 0);
+    glFinish();
+  }).join();
+  CHECK(glIsTexture(name) == GL_TRUE);
+  sharing.reset();
+  CHECK(glIsTexture(name) == GL_TRUE);  // objects live as long as one of the contexts
+  glDeleteTextures(1, &name);
+  CHECK_NOTHROW(check_gl("sharing"));
+}
+
+TEST_CASE("without a current context there is none to share with") {
+  CHECK(!EglContext::sharing_with_current());
 }
 
 TEST_CASE("what OpenGL reports becomes one sentence that says what to do") {
