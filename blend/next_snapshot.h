@@ -17,9 +17,21 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <memory>
 
 namespace lumatlas {
+
+// A step of Renderer::upload().
+struct UploadStep {
+  // "wait" for another thread, "list" of what is copied next, "allocation", rows of a "page" of the former array, a
+  // piece of a "buffer" or "table", rows of a "tile", a "program" that is compiled, or "exchange" of the snapshots.
+  const char* what = "wait";
+  std::uint64_t bytes = 0;  // that were copied, or of textures that were allocated, on the thread that draws
+};
+
+// Called after each step.
+using UploadListener = std::function<void(const UploadStep&)>;
 
 class SnapshotPreparation;
 

@@ -29,6 +29,7 @@
 #include "blend/gl/picture_parts.h"
 #include "blend/gl/picture_targets.h"
 #include "blend/gl/shader_program.h"
+#include "blend/gl/side_thread.h"
 #include "blend/gl/snapshot_upload.h"
 #include "blend/sampling/supersampling.h"
 #include "blend/tables/drawn_zones.h"
@@ -157,6 +158,21 @@ struct HostTarget {
   std::optional<HostDepth> depth;
 };
 
+// What is left of a former snapshot, and of the preparation of the one that replaced it.
+struct LeftOver {
+  SnapshotPreparation::Rest preparation;
+  std::shared_ptr<const SnapshotTables> tables;
+  std::shared_ptr<const DrawnZones> zones;
+  std::shared_ptr<const ZoneReferences> lists;
+  std::vector<RankedReference> ranked;
+};
+
+// Memory of textures that are not drawn from any more. The driver may use it until another picture has been drawn.
+struct RetiredMemory {
+  std::shared_ptr<ArrayTextures> textures;
+  bool is_drawn_over = false;  // the picture after these is begun
+};
+
 struct Renderer::State {
   State() = default;
   ~State() {
@@ -167,6 +183,7 @@ struct Renderer::State {
 
   RendererOptions steps;
   PassListener listener;
+  UploadListener upload_listener;
   bool in_software = false;   // the driver draws so
   bool clip_control = false;  // see has_clip_control()
   ShaderPrograms programs;
@@ -187,7 +204,9 @@ struct Renderer::State {
   RunsOfShaders seen_runs;              // by the camera of the part that is drawn
   bool loaded = false;
   std::uint64_t meshes = 0;  // that were loaded
-  std::optional<SnapshotUpload> upload;
+  SideThread side;
+  std::vector<RetiredMemory> retired;
+  std::shared_ptr<SnapshotUpload> upload;
   BlendOptions upload_options;  // of the pictures that the next snapshot is for
   bool upload_joins_cells = true;
   PartTargets targets;
@@ -195,8 +214,12 @@ struct Renderer::State {
 
   // Tells the listener, if there is one, of a pass.
   void tell(const char* pass) const;
+  void tell_upload(const UploadStep& step) const;
   void take_tables(const Snapshot& snapshot);
   void load_references();
+  [[nodiscard]] std::uint64_t bytes_allocated_here() const;
+  void retire_array();
+  void free_retired();
   void drop_upload();
   void take_upload();
   void rank(const Camera& camera, const BlendOptions& options);
@@ -234,6 +257,10 @@ struct Renderer::State {
 
 void Renderer::State::tell(const char* pass) const {
   if (listener) listener(pass);
+}
+
+void Renderer::State::tell_upload(const UploadStep& step) const {
+  if (upload_listener) upload_listener(step);
 }
 
 // Takes those of a snapshot, and what of the mesh on the GPU depends on them. The mesh stays where the surface does.
@@ -643,6 +670,10 @@ void Renderer::set_listener(PassListener listener) {
   state_->listener = std::move(listener);
 }
 
+void Renderer::set_upload_listener(UploadListener listener) {
+  state_->upload_listener = std::move(listener);
+}
+
 void Renderer::load(const Snapshot& snapshot) {
   State& state = *state_;
   check_after(state.tables.get(), snapshot);
@@ -655,9 +686,20 @@ void Renderer::load(const Snapshot& snapshot) {
   state.loaded = true;
 }
 
+// Returns the bytes of a next snapshot's objects up to which upload() allocates them.
+std::uint64_t Renderer::State::bytes_allocated_here() const {
+  constexpr std::uint64_t kFewBytes = 1 << 20;  // software clears them in some tenths of a millisecond
+  if (steps.allocate_aside) return *steps.allocate_aside ? 0 : std::numeric_limits<std::uint64_t>::max();
+  return in_software ? kFewBytes : std::numeric_limits<std::uint64_t>::max();
+}
+
+// Gives the next snapshot up. Its memory, which may be much, is freed beside the thread that draws.
 void Renderer::State::drop_upload() {
-  if (upload) upload->preparation().cancel();
-  upload.reset();
+  if (!upload) return;
+  upload->preparation().cancel();
+  std::shared_ptr<SnapshotPreparation> preparation = upload->shared_preparation();
+  side.free_objects(std::exchange(upload, nullptr));
+  side.free_later(std::move(preparation));
 }
 
 NextSnapshot Renderer::begin(Snapshot snapshot, const BlendOptions& options) {
@@ -667,10 +709,11 @@ NextSnapshot Renderer::begin(Snapshot snapshot, const BlendOptions& options) {
   const RendererOptions& steps = state.steps;
   const auto preparation = std::make_shared<SnapshotPreparation>(
       std::move(snapshot),
-      FormerSnapshot{state.tables, state.zones, state.lists, state.loaded_colors, state.photographs.contents()},
+      FormerSnapshot{state.tables, state.zones, state.lists, state.loaded_colors, state.photographs.shared_contents(),
+                     state.photographs.unknown_places()},
       PreparationOptions{options.border_width, steps.join_cells, steps.blocks.value_or(!state.in_software),
                          limits_of_driver(), steps.waiting_bytes, std::this_thread::get_id()});
-  state.upload.emplace(preparation);
+  state.upload = std::make_shared<SnapshotUpload>(preparation, state.side, state.bytes_allocated_here());
   state.upload_options = options;
   state.upload_joins_cells = steps.join_cells;
   return NextSnapshot(preparation);
@@ -691,16 +734,16 @@ bool Renderer::upload(double milliseconds) {
   const GlStateGuard guard;
   try {
     do {
-      switch (state.upload->step(state.photographs)) {
-        case SnapshotUpload::Progress::waits:
-          return false;
-        case SnapshotUpload::Progress::goes_on:
-          break;
-        case SnapshotUpload::Progress::whole:
-          if (state.make_next_program()) break;
-          state.take_upload();
-          state.upload.reset();
-          return true;
+      const SnapshotUpload::Progress progress = state.upload->step(state.photographs);
+      if (progress != SnapshotUpload::Progress::whole) {
+        state.tell_upload(state.upload->last_step());
+        if (progress == SnapshotUpload::Progress::waits) return false;
+      } else if (state.make_next_program()) {
+        state.tell_upload({"program", 0});
+      } else {
+        state.take_upload();
+        state.tell_upload({"exchange", 0});
+        return true;
       }
     } while (std::chrono::steady_clock::now() < end);
   } catch (...) {
@@ -710,20 +753,24 @@ bool Renderer::upload(double milliseconds) {
   return false;
 }
 
-// Draws the next snapshot from now on, which is on the GPU as a whole.
+// Draws the next snapshot from now on, which is on the GPU as a whole. The side thread frees what is left over.
 void Renderer::State::take_upload() {
-  SnapshotPreparation& preparation = upload->preparation();
-  PreparedTables& prepared = preparation.tables();
   SnapshotUpload::Objects objects = upload->take();
+  if (objects.mesh) make_vertices(*objects.mesh);
+  if (objects.textures.photographs.get() != 0) retire_array();
+  auto rest = std::make_shared<LeftOver>();
+  rest->preparation = upload->preparation().take_rest();
+  const FormerSnapshot& former = rest->preparation.former;
+  PreparedTables& prepared = rest->preparation.tables;
   // Another picture, or other options, may have replaced the mesh that the next snapshot was to keep a part of.
   const std::shared_ptr<const DrawnZones> shown = std::exchange(zones, nullptr);  // until all is there
   former_zones = nullptr;
-  const bool former_stays = shown && shown == preparation.former().zones;
+  const bool former_stays = shown && shown == former.zones;
   const bool is_whole = objects.mesh && prepared.zones->batches.size() == 1;
   if (objects.mesh) ++meshes;
   if (former_stays || is_whole) {
     // A picture may have renewed the colours of the batches that stay.
-    const bool has_colors = is_whole || !objects.colors.empty() || loaded_colors == preparation.former().colors;
+    const bool has_colors = is_whole || !objects.colors.empty() || loaded_colors == former.colors;
     take_batches(former_stays ? shown.get() : nullptr, *prepared.zones, std::move(objects.mesh));
     for (std::size_t i = 0; i < objects.positions.size(); ++i) {
       batches[i].positions = std::move(objects.positions[i]);
@@ -738,19 +785,35 @@ void Renderer::State::take_upload() {
   } else {
     batches.clear();
   }
-  tables = prepared.tables;
+  rest->tables = std::exchange(tables, prepared.tables);
+  rest->zones = shown;
   if (objects.zones.get() != 0) {
     zone_table = std::move(objects.zones);
     cell_table = std::move(objects.cells);
   }
-  lists = prepared.lists;
-  ranked = std::move(prepared.references);
+  rest->lists = std::exchange(lists, prepared.lists);
+  rest->ranked = std::exchange(ranked, std::move(prepared.references));
   reference_lists = std::move(*objects.references);
   views_block = objects.views_block ? std::move(*objects.views_block) : GlBuffer();
   views = objects.views ? std::move(*objects.views) : GlTable(kVectors, kViewsName);
-  photographs.take(std::move(objects.textures), std::move(preparation.array().contents),
+  photographs.take(std::move(objects.textures), std::move(rest->preparation.array.contents),
                    std::move(*objects.tile_entries));
   loaded = true;
+  upload = nullptr;
+  side.free_later(std::move(rest));
+}
+
+// Keeps the memory of the array for the side thread to free, because that takes long.
+void Renderer::State::retire_array() {
+  if (side.makes_objects()) retired.push_back({std::make_shared<ArrayTextures>(photographs.memory())});
+}
+
+// Frees what was retired before the last picture. Called once a picture.
+void Renderer::State::free_retired() {
+  for (RetiredMemory& memory : retired) {
+    if (std::exchange(memory.is_drawn_over, true)) side.free_objects(std::move(memory.textures));
+  }
+  std::erase_if(retired, [](const RetiredMemory& memory) { return memory.textures == nullptr; });
 }
 
 // Makes what every kind of picture begins with.
@@ -759,6 +822,7 @@ void Renderer::prepare(const Camera& camera, const BlendOptions& options) {
   check(options);
   State& state = *state_;
   if (!state.loaded) throw_not_loaded();
+  state.free_retired();
   if (state.whole.width != camera.width || state.whole.height != camera.height) {
     state.whole = {};
     state.whole = make_whole_target(camera.width, camera.height);

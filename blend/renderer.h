@@ -43,6 +43,10 @@ struct RendererOptions {
   // Bytes of texels of a next snapshot from which on prepare() waits for upload(): see begin(). Up to 16 MB of tiles
   // are prepared at once, which may wait in addition.
   std::uint64_t waiting_bytes = 64 << 20;
+  // A thread of the renderer's own allocates the memory of a next snapshot's textures and buffers, in a second context
+  // that shares objects with the one that draws, if that one is EGL's; otherwise upload() does. None: where software
+  // draws, which clears such memory at some GB a second, and more than 1 MB is needed.
+  std::optional<bool> allocate_aside = std::nullopt;
 };
 
 // Counts of the work that a renderer has done since it was made.
@@ -80,6 +84,7 @@ class Renderer {
   // bindings, switches, masks, viewport, and how pixels are stored.
   // Throws std::invalid_argument unless the options are in their ranges; so does set_options().
   explicit Renderer(const RendererOptions& steps = {});
+  // Waits until memory that is allocated aside is there (RendererOptions::allocate_aside).
   ~Renderer();
   Renderer(Renderer&&) noexcept;
   Renderer& operator=(Renderer&&) noexcept;
@@ -109,11 +114,12 @@ class Renderer {
   // Throws std::invalid_argument unless the options pass check().
   [[nodiscard]] NextSnapshot begin(Snapshot snapshot, const BlendOptions& options);
   // Copies parts of the next snapshot to the GPU until about `milliseconds` have passed, one part at least if one is
-  // prepared. Parts take far less than a millisecond, except where the array grows: a page of photographs is copied at
-  // once, and drivers in software clear a larger array at some GB a second. A program that the former snapshot did not
-  // need is compiled at once, too. Returns whether nothing is left: the next snapshot is drawn from now on, or there is
-  // none. Throws GlError as load() does, and what prepare() has thrown; the former snapshot is drawn on then, and
-  // load() may be called. Throws std::invalid_argument unless milliseconds >= 0.
+  // prepared and memory is allocated (RendererOptions::allocate_aside). Parts have at most 256 KB, which takes far less
+  // than a millisecond. These steps take longer: the second context, some milliseconds once; a program that the former
+  // snapshot did not need, which is compiled at once; and large objects where upload() allocates and frees them.
+  // Returns whether nothing is left: the next snapshot is drawn from now on, or there is none. The former array is
+  // freed with the second picture of the next one. Throws GlError as load() does, and what prepare() has thrown; the
+  // former snapshot is drawn on then, and load() may be called. Throws std::invalid_argument unless milliseconds >= 0.
   bool upload(double milliseconds);
 
   [[nodiscard]] RendererWork work() const;
@@ -121,6 +127,8 @@ class Renderer {
   // Both take effect from the next picture on.
   void set_options(const RendererOptions& steps);
   void set_listener(PassListener listener);
+  // The listener may ask the driver for the time, and must leave all other state of the context as it is.
+  void set_upload_listener(UploadListener listener);
 
   // Makes what the first picture with these options would have to make: the mesh and its zones on the GPU, and all
   // programs of draw() and draw_into(), at the same time where the driver compiles on several threads. Throws

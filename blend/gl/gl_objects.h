@@ -126,8 +126,8 @@ class GlTable {
   // `what` names the table in messages, as for make_table(), and outlives it.
   GlTable(const GlTableFormat& format, const char* what) : format_(format), what_(what) {}
   // The texture holds these entries already.
-  GlTable(const GlTableFormat& format, const char* what, GlTexture texture, std::span<const std::byte> entries)
-      : format_(format), what_(what), entries_(entries.begin(), entries.end()), texture_(std::move(texture)) {}
+  GlTable(const GlTableFormat& format, const char* what, GlTexture texture, std::vector<std::byte> entries)
+      : format_(format), what_(what), entries_(std::move(entries)), texture_(std::move(texture)) {}
 
   // Copies the entries from the first to the last that has changed since the call before, or all if there is another
   // number of them. Throws as make_table().

@@ -5,11 +5,15 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
+#include <set>
 #include <span>
+#include <vector>
 
 #include "atlas/snapshot.h"
 #include "atlas/tiles/texel_format.h"
 #include "blend/gl/gl_objects.h"
+#include "blend/gl/gradual_copies.h"
 #include "blend/gl/mask_pass.h"
 #include "blend/tables/array_contents.h"
 #include "blend/tables/array_shape.h"
@@ -46,14 +50,26 @@ class PhotographArray {
   void load(const Snapshot& snapshot, bool blocks = true);
 
   // The functions below take a NextArray, whose tiles are copied one after another while the array is drawn from.
-  // Returns its textures, empty where the array's own stay. Throws GlError if there is no memory for both.
-  [[nodiscard]] static ArrayTextures make_next(const NextArray& next);
-  // Copies one page of this array to the same page of its next textures.
-  void copy_page(const ArrayTextures& next, std::uint32_t page) const;
-  // Copies at least one row, and about kBandBytes, of an upload that has all levels and depths: from the given byte on,
-  // to this array or to its next textures. Returns the byte to go on from; at the end upload.bytes().
+  // Allocates the textures of a next array that is new, and leaves them unbound. Throws GlError if there is no memory
+  // for both.
+  [[nodiscard]] static ArrayTextures allocate_next(const ArrayShape& shape);
+  // The rows of a page that copy_page_rows() counts: of all levels, of compressed texels rows of blocks, and then those
+  // of depths.
+  [[nodiscard]] std::uint32_t page_rows() const;
+  // Copies rows of a page of this array, from the given one on, to the same page of its next textures: one at least,
+  // and at most about kPieceBytes. Returns how many, and their bytes.
+  struct CopiedRows {
+    std::uint32_t rows;
+    std::uint64_t bytes;
+  };
+  CopiedRows copy_page_rows(const ArrayTextures& next, std::uint32_t page, std::uint32_t from) const;
+  // Copies at least one row, and at most about kPieceBytes, of an upload that has all levels and depths: from the given
+  // byte on, to this array or to its next textures. Returns the byte to go on from; at the end upload.bytes().
   std::uint64_t copy_band(const ArrayTextures& next, const ArrayShape& shape, const TileUpload& upload,
                           std::uint64_t from);
+  // Returns textures that share the memory of this array's: it is freed with the last of them. Empty where the driver
+  // makes none.
+  [[nodiscard]] ArrayTextures memory() const;
   // Draws from the next array from now on, whose tiles have all been copied.
   void take(ArrayTextures next, ArrayContents contents, GlTable tile_entries);
 
@@ -61,8 +77,13 @@ class PhotographArray {
   [[nodiscard]] const GlTexture& photographs() const { return textures_.photographs; }
   [[nodiscard]] const GlTexture& depths() const { return textures_.depths; }
   [[nodiscard]] const GlTexture& tile_slots() const { return tile_entries_.texture(); }
-  [[nodiscard]] const ArrayContents& contents() const { return contents_; }
-  [[nodiscard]] const ArrayShape& shape() const { return contents_.shape; }
+  [[nodiscard]] const ArrayContents& contents() const { return *contents_; }
+  [[nodiscard]] const ArrayShape& shape() const { return contents_->shape; }
+  // Returns the same; load() and take() replace it, and change nothing in it.
+  [[nodiscard]] std::shared_ptr<const ArrayContents> shared_contents() const { return contents_; }
+  // Returns the places that copy_band() has written to since the last load() or take(). They hold nothing of
+  // contents().
+  [[nodiscard]] const std::set<std::uint32_t>& unknown_places() const { return unknown_places_; }
   // Tile places of which the last load() copied colours, masks or depths.
   [[nodiscard]] std::uint32_t uploaded_slots() const { return uploaded_; }
   // Bytes that have been copied to the GPU by all calls together.
@@ -70,18 +91,25 @@ class PhotographArray {
   [[nodiscard]] std::uint64_t mask_bytes() const { return mask_bytes_; }
   [[nodiscard]] std::uint64_t depth_bytes() const { return depth_bytes_; }
 
-  static constexpr std::uint64_t kBandBytes = 1 << 18;
   // Returns an empty table of the tiles' places.
-  [[nodiscard]] static GlTable tile_table() { return {kNumbers, "tiles"}; }
+  [[nodiscard]] static GlTable tile_table() { return {kNumbers, kTilesName}; }
+  // Returns a table of these places that is copied piece by piece.
+  [[nodiscard]] static GradualTable gradual_tile_table(const std::vector<std::uint32_t>& entries) {
+    return {kNumbers, kTilesName, entries};
+  }
 
  private:
+  static constexpr const char* kTilesName = "tiles";
+
+  void own_contents();
   void allocate(const ArrayShape& shape);
   [[nodiscard]] bool grow(const ArrayShape& needed);
   void copy_levels(const TileUpload& upload);
   void copy_depths(const TileUpload& upload);
   void copy(std::span<const TileUpload> uploads);
 
-  ArrayContents contents_;
+  std::shared_ptr<ArrayContents> contents_ = std::make_shared<ArrayContents>();
+  std::set<std::uint32_t> unknown_places_;
   std::uint32_t uploaded_ = 0;
   std::uint64_t color_bytes_ = 0, mask_bytes_ = 0, depth_bytes_ = 0;
   ArrayTextures textures_;

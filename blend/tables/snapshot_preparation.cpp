@@ -18,6 +18,19 @@ namespace {
 
 constexpr std::uint64_t kBytesAtOnce = 16 << 20;  // tiles that are prepared at once
 
+template <typename T>
+std::vector<std::byte> bytes_of(const std::vector<T>& values) {
+  const auto bytes = std::as_bytes(std::span<const T>(values));
+  return {bytes.begin(), bytes.end()};
+}
+
+// Returns what the former array holds.
+ArrayContents known_contents(const FormerSnapshot& former) {
+  ArrayContents contents = *former.array;
+  for (const std::uint32_t place : former.unknown_places) contents.held[place] = {};
+  return contents;
+}
+
 }  // namespace
 
 SnapshotPreparation::SnapshotPreparation(Snapshot snapshot, FormerSnapshot former, const PreparationOptions& options)
@@ -31,13 +44,14 @@ void SnapshotPreparation::run() {
   }
   try {
     check_after(former_.tables.get(), snapshot_);
-    array_ = next_array(former_.array, snapshot_, options_.limits, options_.blocks);
+    const ArrayContents former = known_contents(former_);
+    array_ = next_array(former, snapshot_, options_.limits, options_.blocks);
     make_tables();
     {
       const std::lock_guard lock(mutex_);
       planned_ = true;
     }
-    prepare_tiles();
+    prepare_tiles(former);
     snapshot_ = {};
   } catch (...) {
     snapshot_ = {};
@@ -52,7 +66,9 @@ void SnapshotPreparation::make_tables() {
   tables_.tables = tables_after(former_.tables.get(), snapshot_);
   if (!move_mesh()) make_mesh(same);
   tables_.references = unranked(*tables_.lists);
+  tables_.reference_bytes = bytes_of(tables_.references);
   tables_.views = view_table(snapshot_, array_.contents);
+  if (tables_.views.size() > kBlockTexels) tables_.view_bytes = bytes_of(tables_.views);
 }
 
 // Makes positions alone, where only these have changed. Colours move with their vertices: those of the snapshot would
@@ -97,7 +113,7 @@ void SnapshotPreparation::make_mesh(const SameTables& same) {
 }
 
 // Makes tiles on all processors, kBytesAtOnce of them at a time.
-void SnapshotPreparation::prepare_tiles() {
+void SnapshotPreparation::prepare_tiles(const ArrayContents& former) {
   const ArrayShape& shape = array_.contents.shape;
   const std::size_t at_once = std::max<std::size_t>(
       std::min(kBytesAtOnce, options_.waiting_bytes) / (4 * std::size_t{shape.place_width} * shape.place_height), 1);
@@ -107,7 +123,7 @@ void SnapshotPreparation::prepare_tiles() {
     const std::size_t end = std::min(first + at_once, array_.missing.size());
     tbb::parallel_for(first, end, [&](std::size_t i) {
       const StoredView& view = *snapshot_.views[array_.missing[i].upload.view];
-      is_copied[i] = prepare_missing(array_, i, former_.array, view) ? 1 : 0;
+      is_copied[i] = prepare_missing(array_, i, former, view) ? 1 : 0;
     });
     const std::lock_guard lock(mutex_);
     for (std::size_t i = first; i < end; ++i) {
@@ -117,6 +133,7 @@ void SnapshotPreparation::prepare_tiles() {
       ready_.push_back(std::move(array_.missing[i].upload));
     }
   }
+  tables_.tile_entry_bytes = bytes_of(array_.contents.tile_entries);
   const std::lock_guard lock(mutex_);
   finished_ = true;
 }

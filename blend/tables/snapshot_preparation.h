@@ -4,6 +4,7 @@
 #pragma once
 
 #include <condition_variable>
+#include <cstddef>
 #include <cstdint>
 #include <deque>
 #include <exception>
@@ -12,7 +13,9 @@
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <set>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "atlas/snapshot.h"
@@ -26,8 +29,9 @@ struct FormerSnapshot {
   std::shared_ptr<const SnapshotTables> tables;
   std::shared_ptr<const DrawnZones> zones;
   std::shared_ptr<const ZoneReferences> lists;
-  FallbackColors colors;  // of the mesh
-  ArrayContents array;
+  FallbackColors colors;                       // of the mesh
+  std::shared_ptr<const ArrayContents> array;  // never null
+  std::set<std::uint32_t> unknown_places;  // of the array, where an earlier snapshot was given up: they hold nothing
 };
 
 struct PreparationOptions {
@@ -50,6 +54,9 @@ struct PreparedTables {
   std::shared_ptr<const ZoneReferences> lists;
   std::vector<RankedReference> references;  // not ranked yet
   std::vector<glm::vec4> views;
+  // Bytes of `references`, of `views` and of the tiles' places, which a GlTable keeps. Those of the places are there
+  // once all tiles are prepared.
+  std::vector<std::byte> reference_bytes, view_bytes, tile_entry_bytes;
 };
 
 class SnapshotPreparation {
@@ -75,11 +82,19 @@ class SnapshotPreparation {
   [[nodiscard]] PreparedTables& tables() { return tables_; }
   [[nodiscard]] NextArray& array() { return array_; }
 
+  // All that is left of a snapshot, and of the former one, once is_whole() has returned true.
+  struct Rest {
+    FormerSnapshot former;
+    PreparedTables tables;
+    NextArray array;
+  };
+  [[nodiscard]] Rest take_rest() { return {std::move(former_), std::move(tables_), std::move(array_)}; }
+
  private:
   void make_tables();
   void make_mesh(const SameTables& same);
   [[nodiscard]] bool move_mesh();
-  void prepare_tiles();
+  void prepare_tiles(const ArrayContents& former);
   // Waits until more tiles may wait. Returns false if the snapshot was given up.
   [[nodiscard]] bool wait_for_room();
   void throw_error() const;

@@ -242,6 +242,14 @@ void check_in(const EglContext::Options& options) {
   renderer.draw_into(host.framebuffer(), 30, 40, camera, {});
   check_state("draw_into");
   check_shows(rows_of(host.framebuffer(), 30, 40, camera), expected, 0);
+  host.set_state();
+  Renderer gradual({.allocate_aside = true});
+  NextSnapshot next = gradual.begin(snapshot, {});
+  check_state("begin");
+  next.prepare();
+  while (!gradual.upload(0)) check_state("upload");
+  check_state("the last upload");
+  CHECK(gradual.render(camera, {}).picture.rgb == expected.picture.rgb);
 }
 
 TEST_CASE("in a foreign context with a state of its own pictures are the same, and the state stays") {
