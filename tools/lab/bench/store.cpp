@@ -10,7 +10,6 @@
 #include <cmath>
 #include <filesystem>
 #include <functional>
-#include <glm/glm.hpp>
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -25,6 +24,7 @@
 #include "mesh/base/median.h"
 #include "tools/base/elapsed.h"
 #include "tools/lab/bench/program.h"
+#include "tools/lab/bench/sheet_store.h"
 
 namespace lumatlas {
 
@@ -37,71 +37,6 @@ struct Flags {
   bool upload = true;
   std::string model;  // a folder for a model that is written and read; empty: that is not measured
 };
-
-constexpr std::uint32_t kQuadsOfCell = 20;  // across a cell
-constexpr TileOptions kLayout{64, 2, 0};
-
-// A sheet over the unit square with hills of a hundredth, in square cells.
-std::shared_ptr<const Surface> hilly_sheet(std::uint32_t vertices) {
-  const auto surface = std::make_shared<Surface>();
-  const auto quads = static_cast<std::uint32_t>(std::ceil(std::sqrt(vertices))) - 1;
-  for (std::uint32_t j = 0; j <= quads; ++j) {
-    for (std::uint32_t i = 0; i <= quads; ++i) {
-      const double x = static_cast<double>(i) / quads, y = static_cast<double>(j) / quads;
-      surface->mesh.positions.emplace_back(x, y, 0.01 * std::sin(31 * x) * std::sin(23 * y));
-    }
-  }
-  const std::uint32_t columns = (quads + kQuadsOfCell - 1) / kQuadsOfCell;
-  std::vector<CellId> cell_of_face;
-  for (std::uint32_t j = 0; j < quads; ++j) {
-    for (std::uint32_t i = 0; i < quads; ++i) {
-      const std::uint32_t a = j * (quads + 1) + i, c = a + quads + 2;
-      surface->mesh.faces.insert(surface->mesh.faces.end(), {{a, a + 1, c}, {a, c, c - 1}});
-      cell_of_face.insert(cell_of_face.end(), 2, CellId(j / kQuadsOfCell * columns + i / kQuadsOfCell));
-    }
-  }
-  surface->cells =
-      measure_cells(surface->mesh, std::move(cell_of_face), static_cast<double>(kQuadsOfCell) / std::max(quads, 1u));
-  return surface;
-}
-
-// Looks at the sheet from above (x, y), so that a photograph is `across` of the sheet wide.
-Camera camera_above(double x, double y, double across, std::uint32_t width, std::uint32_t height) {
-  Camera camera = centered_camera(width, height, width);
-  camera.cam_from_world_rotation = glm::dmat3(1, 0, 0, 0, -1, 0, 0, 0, -1);
-  camera.cam_from_world_translation = -(camera.cam_from_world_rotation * glm::dvec3(x, y, across));
-  return camera;
-}
-
-Photograph noise(std::uint32_t width, std::uint32_t height, std::uint32_t seed) {
-  Photograph photograph{width, height, {}, {}};
-  photograph.rgb.resize(std::size_t{3} * width * height);
-  for (std::uint8_t& value : photograph.rgb) {
-    seed = seed * 1664525 + 1013904223;
-    value = static_cast<std::uint8_t>(seed >> 24);
-  }
-  return photograph;
-}
-
-// Puts views into a store, every cell referring to those that see it.
-std::unique_ptr<Atlas> store_of(const std::shared_ptr<const Surface>& surface, const Visibility& visibility,
-                                const std::vector<Camera>& cameras) {
-  auto atlas = std::make_unique<Atlas>(surface, static_cast<std::uint32_t>(cameras.size()), kLayout);
-  std::vector<std::vector<ViewSlot>> references(surface->cells.cells.size());
-  for (const Camera& camera : cameras) {
-    VisibilityBuffer visible = visibility.trace_sparsely(camera);
-    const std::vector<CellPixels> cells = count_cell_pixels(visible, surface->cells);
-    TiledView tiled = make_tiled_view("view " + std::to_string(atlas->size()), camera,
-                                      noise(camera.width, camera.height, atlas->size()), std::move(visible),
-                                      surface->cells, kLayout, {});
-    const ViewSlot slot = atlas->insert(std::move(tiled.view), std::move(tiled.shown));
-    for (const CellPixels& seen : cells) references[seen.cell].push_back(slot);
-  }
-  for (CellId cell{0}; cell < references.size(); ++cell) {
-    atlas->set_references(cell, std::move(references[cell]));
-  }
-  return atlas;
-}
 
 // Returns the median of the times that `work` takes after `prepare`, milliseconds.
 double median_ms(std::uint32_t repeats, const std::function<void()>& prepare, const std::function<void()>& work) {
@@ -137,7 +72,7 @@ nlohmann::json measured_store(const std::shared_ptr<const Surface>& surface, con
     cameras.push_back(
         camera_above(0.9 * (view % columns + 0.5) / columns, 1.2 * static_cast<double>(row) / columns, 0.12, 160, 120));
   }
-  const std::unique_ptr<Atlas> atlas = store_of(surface, visibility, cameras);
+  const std::unique_ptr<Atlas> atlas = sheet_store(surface, visibility, cameras);
   nlohmann::json result;
   Snapshot snapshot;
   result["first_snapshot_ms"] = median_ms(
@@ -174,7 +109,7 @@ nlohmann::json measured_uploads(const std::shared_ptr<const Surface>& surface, c
   std::vector<Camera> cameras;
   cameras.reserve(4);
   for (const double x : {0.3, 0.4, 0.5, 0.6}) cameras.push_back(camera_above(x, 0.5, 0.5, 1920, 1080));
-  const std::unique_ptr<Atlas> atlas = store_of(surface, visibility, cameras);
+  const std::unique_ptr<Atlas> atlas = sheet_store(surface, visibility, cameras);
   Renderer renderer;
   Snapshot snapshot;
   const auto draw = [&] {
@@ -223,7 +158,7 @@ nlohmann::json measured_reading(const Flags& flags) {
   constexpr std::uint32_t kViews = 8, kWidth = 4000, kHeight = 3000, kTile = 1510;
   const std::shared_ptr<const Surface> surface = hilly_sheet(10'000);
   const std::unique_ptr<Visibility> visibility = make_ray_visibility(surface->mesh);
-  Atlas atlas(surface, kViews, kLayout);
+  Atlas atlas(surface, kViews, kSheetLayout);
   std::vector<ViewSlot> slots(kViews);
   for (std::uint32_t view = 0; view < kViews; ++view) {
     const Camera camera = camera_above(0.5, 0.5, 0.5 + 0.01 * view, kWidth, kHeight);

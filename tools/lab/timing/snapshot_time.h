@@ -2,6 +2,10 @@
 // Measures how long the thread that draws is kept by the next snapshot of a model.
 #pragma once
 
+#include <cstdint>
+#include <string>
+#include <vector>
+
 #include "atlas/snapshot.h"
 #include "blend/renderer.h"
 #include "mesh/camera/camera.h"
@@ -21,5 +25,20 @@ struct SnapshotTime {
 // one. The renderer must have one. Throws what Renderer::begin() and upload() throw.
 [[nodiscard]] SnapshotTime time_in_pieces(Renderer& renderer, const Snapshot& snapshot, const Camera& camera,
                                           const BlendOptions& blend, double milliseconds);
+
+// Times of all calls of one kind, milliseconds.
+struct CallTimes {
+  std::string what;
+  int calls = 0;
+  double wall = 0, longest_wall = 0;            // of all calls, and of one
+  double processor = 0, longest_processor = 0;  // the same, of the calling thread alone
+  std::uint64_t most_bytes = 0;                 // of one call, as UploadStep::bytes
+};
+
+// Takes a snapshot as time_in_pieces() does. Returns the times of "begin()", of "upload()", of the steps of upload() by
+// their names, and of each "picture" until the driver has finished it. The "last picture" follows the last step: with
+// it drivers may free memory.
+[[nodiscard]] std::vector<CallTimes> time_steps(Renderer& renderer, const Snapshot& snapshot, const Camera& camera,
+                                                const BlendOptions& blend, double milliseconds);
 
 }  // namespace lumatlas
