@@ -140,7 +140,8 @@ SurfaceUpdate GeometryFollower::update_surface(std::shared_ptr<const Surface> su
     cells_now[previous_cell[cell]] = CellId(static_cast<std::uint32_t>(cell));
   }
   const std::vector<ChangedSphere> spheres = spheres_of_change(before->cells, surface->cells, previous_cell, changed);
-  const std::vector<ViewSlot> again = views_of_change(spheres, cells_now);
+  const std::vector<ViewSlot> again =
+      planner_.counts_are_old_ ? planner_.store_.held_slots() : views_of_change(spheres, cells_now);
   planner_.atlas_.replace_surface(std::move(surface), previous_cell);
   // Until all views are counted, the planner has no pictures: they would be of another surface after an exception.
   CellPictures pictures = std::exchange(planner_.pictures_, {});
@@ -163,6 +164,7 @@ SurfaceUpdate GeometryFollower::update_surface(std::shared_ptr<const Surface> su
   }
   planner_.pictures_ = std::move(pictures);
   planner_.store_.offer_again(again, changed);
+  planner_.counts_are_old_ = false;
   return update;
 }
 
@@ -198,6 +200,7 @@ void GeometryFollower::move_scene(const std::shared_ptr<const Surface>& surface,
   planner_.refiner_.set_visibility(visibility);
   planner_.pictures_ = {};
   planner_.old_depths_ = planner_.store_.held_slots();
+  planner_.counts_are_old_ = true;
 }
 
 SurfaceUpdate GeometryFollower::move_views(std::span<const ViewPose> poses) {

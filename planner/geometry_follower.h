@@ -57,12 +57,13 @@ class GeometryFollower {
   // and masks are made again, view by view, and at the end all references follow at once. No view slot may be promised
   // (std::logic_error). Throws what Atlas::set_poses() throws, and changes nothing then.
   SurfaceUpdate move_views(std::span<const ViewPose> poses);
-  // The caller has moved views as above, and the surface with them: `surface` has the faces and cells of the one
-  // before, with vertices at other places. A snapshot has all of it or nothing. What views show moves with them, so
-  // that references, coverage, depths and masks stay; renew_depth() makes the depths and masks of all views again, for
-  // what has not moved as the view has. Takes the time of Atlas::replace_surface(). No view slot may be promised
-  // (std::logic_error). Throws std::invalid_argument, and changes nothing, if the surface has not as many faces and
-  // cells as before, and what Atlas::replace_surface() throws. `visibility` is as for update_surface().
+  // The caller has moved views as above, and the surface with them: `surface` has the cells of the one before, with
+  // vertices at other places. A snapshot has all of it or nothing. References, coverage, depths and masks move with the
+  // views. Then renew_depth() makes the depths and masks of all views again, and the next update_surface() counts the
+  // cells of all views again, because some may have moved as the surface before them has not. Takes the time of
+  // Atlas::replace_surface(). No view slot may be promised (std::logic_error). Throws std::invalid_argument, and
+  // changes nothing, if a face is of another cell than before, and what Atlas::replace_surface() throws. `visibility`
+  // is as for update_surface().
   void move_scene(const std::shared_ptr<const Surface>& surface, const Visibility& visibility,
                   std::span<const ViewPose> poses);
 

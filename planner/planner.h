@@ -144,6 +144,7 @@ class Planner {
   PlannedStore store_;
   VisibilityBuffer buffer_;
   CellPictures pictures_;             // of the views that GeometryFollower has counted
+  bool counts_are_old_ = false;       // views may see other cells than they are counted for: see move_scene()
   std::vector<ViewSlot> old_depths_;  // views whose depths GeometryFollower is to make again, the oldest first
 };
 

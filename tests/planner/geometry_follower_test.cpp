@@ -416,7 +416,7 @@ TEST_CASE("a scene that moves with its views keeps what they show, and is as if 
     CHECK(after.views[slot]->mask == before.views[slot]->mask);
     CHECK(after.views[slot]->camera.center() == poses[slot].camera.center());
   }
-  // The depths are those of the moved surface but for rounding, and so are those that are made again.
+  // The depths that are made again are those of the moved surface.
   std::size_t renewed = 0;
   while (follower.renew_depth()) ++renewed;
   CHECK(renewed == kMostViews);
@@ -429,6 +429,29 @@ TEST_CASE("a scene that moves with its views keeps what they show, and is as if 
     CHECK(scene.atlas.view(slot)->mask->depth == fresh.atlas.view(slot)->mask->depth);
   }
   CHECK(covered == Approx(fresh.planner.store().summed_coverage()).epsilon(0.02));
+}
+
+TEST_CASE("where views have not moved as the surface has, they are counted again with the next surface") {
+  PlannedSurface scene(room_surface(), false);
+  for (std::size_t number = 0; number < kMostViews; ++number) scene.keep(number);
+  // The surface stays where it is, as one that no frame has measured, and one view in four looks elsewhere.
+  const auto same = std::make_shared<Surface>(*scene.surface);
+  std::vector<ViewPose> poses;
+  for (ViewSlot slot{0}; slot < kMostViews; slot = ViewSlot(slot + 4))
+    poses.push_back({slot, drifted(room_camera(slot))});
+  GeometryFollower(scene.planner).move_scene(same, *scene.visibility, poses);
+  scene.surface = same;
+  scene.become(grown(*same, same->mesh));
+  PlannedSurface fresh(scene.surface, false);
+  for (ViewSlot slot{0}; slot < kMostViews; ++slot) {
+    const Camera camera = slot % 4 == 0 ? drifted(room_camera(slot)) : room_camera(slot);
+    fresh.planner.force_store("view " + std::to_string(slot), camera,
+                              [&] { return pattern_photograph(room_camera(slot), slot); });
+  }
+  CHECK(scene.planner.store().summed_coverage() == Approx(fresh.planner.store().summed_coverage()).margin(1e-5));
+  for (CellId cell{0}; cell < scene.surface->cells.cells.size(); ++cell) {
+    CHECK(sorted(scene.atlas.references(cell)) == sorted(fresh.atlas.references(cell)));
+  }
 }
 
 TEST_CASE("a scene moves whole, or stays where it is") {
