@@ -246,7 +246,6 @@ std::vector<std::shared_ptr<const StoredView>> Atlas::stored_at(std::span<const 
   return views;
 }
 
-// Makes the moved views without the lock, and under it once more those that other threads have changed meanwhile.
 // Moves those of the views that another thread has changed since they were `before`. Called with the lock held.
 void Atlas::keep_up(std::span<const ViewPose> poses, std::span<const std::shared_ptr<const StoredView>> before,
                     std::vector<std::shared_ptr<const StoredView>>& after) const {
@@ -262,6 +261,7 @@ void Atlas::swap_views(std::span<const ViewPose> poses,
   for (std::size_t i = 0; i < poses.size(); ++i) views_[poses[i].slot].swap(after[i]);
 }
 
+// Makes the moved views without the lock, and under it once more those that other threads have changed meanwhile.
 void Atlas::set_poses(std::span<const ViewPose> poses) {
   check_poses(poses);
   const std::vector<std::shared_ptr<const StoredView>> before = stored_at(poses);
