@@ -35,9 +35,9 @@ constexpr std::size_t kFewestFaces = 60;  // fewest faces of a piece that is not
 constexpr double kGlance = 0.05;
 constexpr double kMostDepths = 0.9;
 constexpr double kStepsPerVoxel = 64;
-constexpr double kFarthestVertex = 1e10;       // scene units
-constexpr double kSettled = 0.02;              // voxels that what a frame sees may be off
-constexpr std::size_t kMostBending = 400;      // frames that a surface is bent by
+constexpr double kFarthestVertex = 1e10;                     // scene units
+constexpr double kSettled = 0.02;                            // voxels that what a frame sees may be off
+constexpr std::size_t kMostBending = 300, kMostStill = 100;  // frames that a surface is bent by, and held back by
 constexpr std::uint32_t kLookedAtPixels = 64;  // sides of the pictures that the usual distance is found by
 
 // Returns the time since `start`, which becomes now; milliseconds.
@@ -196,34 +196,45 @@ void LiveSurface::move(const std::string& name, const Camera& camera) {
   moved_.insert(name);
 }
 
-// Returns how far what the frame sees moves, scene units: by the move of the camera, and by its turn at the usual
-// distance.
-double LiveSurface::movement(const Frame& frame) const {
-  const glm::dmat3 turn =
-      frame.wanted.cam_from_world_rotation * glm::transpose(frame.fused.cam_from_world_rotation) - glm::dmat3(1);
+// Returns how far what a camera sees moves with it, scene units: by its move, and by its turn at the usual distance.
+double LiveSurface::movement(const Camera& from, const Camera& to) const {
+  const glm::dmat3 turn = to.cam_from_world_rotation * glm::transpose(from.cam_from_world_rotation) - glm::dmat3(1);
   double squares = 0;  // 8 times the squared sine of half the angle
   for (int column = 0; column < 3; ++column) squares += glm::dot(turn[column], turn[column]);
-  return glm::distance(frame.wanted.center(), frame.fused.center()) + usual_distance_ * std::sqrt(squares / 2);
+  return glm::distance(to.center(), from.center()) + usual_distance_ * std::sqrt(squares / 2);
 }
 
 bool LiveSurface::has_doubles() const {
-  return std::any_of(moved_.begin(), moved_.end(),
-                     [&](const std::string& name) { return movement(frames_.at(name)) > voxel_; });
+  return std::any_of(moved_.begin(), moved_.end(), [&](const std::string& name) {
+    const Frame& frame = frames_.at(name);
+    return movement(frame.fused, frame.wanted) > voxel_;
+  });
 }
 
-// Returns the frames in the order in which they came, and evenly chosen ones of more than kMostBending.
+// A frame that has hardly moved stays as it is shown until more has come together, and one out of all bounds stays.
+bool LiveSurface::bends(const Frame& frame) const {
+  const glm::dvec3 center = glm::abs(frame.wanted.center());
+  const bool is_near = center.x < kFarthestVertex && center.y < kFarthestVertex && center.z < kFarthestVertex;
+  return is_near && movement(frame.shown, frame.wanted) >= kSettled * voxel_;
+}
+
+// Returns frames in the order in which they came: of many evenly chosen ones, most of them such that have moved.
 std::vector<BendingFrame> LiveSurface::bending_frames() const {
   std::vector<const Frame*> frames;
   frames.reserve(frames_.size());
   for (const auto& [name, frame] : frames_) frames.push_back(&frame);
   std::sort(frames.begin(), frames.end(), [](const Frame* a, const Frame* b) { return a->kept < b->kept; });
-  const std::size_t count = std::min(frames.size(), kMostBending);
+  const auto still = std::stable_partition(frames.begin(), frames.end(), [&](const Frame* f) { return bends(*f); });
   std::vector<BendingFrame> chosen;
-  chosen.reserve(count);
-  for (std::size_t i = 0; i < count; ++i) {
-    const Frame& frame = *frames[i * frames.size() / count];
-    chosen.push_back({frame.shown, frame.wanted, frame.glance.get()});
-  }
+  const auto choose = [&](std::span<const Frame* const> from, std::size_t most, bool moves) {
+    const std::size_t count = std::min(from.size(), most);
+    for (std::size_t i = 0; i < count; ++i) {
+      const Frame& frame = *from[i * from.size() / count];
+      chosen.push_back({frame.shown, moves ? frame.wanted : frame.shown, frame.glance.get()});
+    }
+  };
+  choose({frames.begin(), still}, kMostBending, true);
+  if (!chosen.empty()) choose({still, frames.end()}, kMostStill, false);
   return chosen;
 }
 
@@ -244,7 +255,9 @@ std::optional<GrownSurface> LiveSurface::bend() {
   const std::size_t cells = surface->cells.cells.size();
   std::vector<CellId> same(cells);
   for (CellId cell{0}; cell < cells; ++cell) same[cell] = cell;
-  for (auto& [name, frame] : frames_) frame.shown = frame.wanted;
+  for (auto& [name, frame] : frames_) {
+    if (bends(frame)) frame.shown = frame.wanted;
+  }
   repair_follows_ = false;  // its faces are where they were before
   last_ = surface;
   return GrownSurface{std::move(surface), std::move(visibility), std::move(same), std::vector<std::uint8_t>(cells, 1),
@@ -253,14 +266,14 @@ std::optional<GrownSurface> LiveSurface::bend() {
 
 bool LiveSurface::follow_move() {
   const auto farthest = [&] {
-    return std::max_element(moved_.begin(), moved_.end(), [&](const std::string& a, const std::string& b) {
-      return movement(frames_.at(a)) < movement(frames_.at(b));
-    });
+    const auto off = [&](const std::string& name) { return movement(frames_.at(name).fused, frames_.at(name).wanted); };
+    return std::max_element(moved_.begin(), moved_.end(),
+                            [&](const std::string& a, const std::string& b) { return off(a) < off(b); });
   }();
   if (farthest == moved_.end()) return false;
   const auto entry = frames_.find(*farthest);
   Frame& frame = entry->second;
-  if (movement(frame) < kSettled * voxel_) {
+  if (movement(frame.fused, frame.wanted) < kSettled * voxel_) {
     moved_.clear();
     return false;
   }

@@ -102,11 +102,12 @@ class LiveSurface {
   // lost. Throws InputError if the file of kept frames cannot be read; the volume stays as it was then.
   bool follow_move();
   [[nodiscard]] std::size_t moved() const { return moved_.size(); }  // frames that may have to follow
-  // Returns whether a frame is still as far from its pose that what it sees would be there twice: by a voxel.
+  // Returns whether a frame is still so far from its pose that its surface would be there twice: by a voxel.
   [[nodiscard]] bool has_doubles() const;
   // Returns the last version, bent as the frames have moved since it was made or bent, with the faces and cells that it
-  // had: what to show until the frames have followed and a version can be made of them. None if nothing moves by 1/50
-  // of a voxel, or there is no version, or it is one of pieces. A version that follows has other cells where it bent.
+  // had: it serves until the frames have followed and a version can be made of them. Of many frames 300 that have moved
+  // and 100 others decide. None if nothing moves by 1/50 of a voxel, a vertex or camera would be 1e10 scene units away
+  // or farther, there is no version, or it is one of pieces. A version that follows has other cells where it bent.
   [[nodiscard]] std::optional<GrownSurface> bend();
 
   // Brings a piece, replaces the one of the same id, or removes it if the new one has no faces. The soup must be as
@@ -142,7 +143,8 @@ class LiveSurface {
   [[nodiscard]] std::optional<GrownMesh> fused_mesh(GrowingFusion::Show show, bool follows, GrowingTimes& times);
   [[nodiscard]] GrownMesh joined_mesh(bool follows, GrowingTimes& times);
   void refuse_too_large(const Mesh& mesh) const;
-  [[nodiscard]] double movement(const Frame& frame) const;
+  [[nodiscard]] double movement(const Camera& from, const Camera& to) const;
+  [[nodiscard]] bool bends(const Frame& frame) const;
   [[nodiscard]] std::vector<BendingFrame> bending_frames() const;
 
   LiveSurfaceOptions options_;

@@ -24,7 +24,7 @@ struct DepthGlance {
 // Returns a copy whose longer side has at most 48 pixels.
 [[nodiscard]] DepthGlance depth_glance(const Camera& camera, const RoundedDepth& depth);
 
-// A frame that has moved, or not.
+// Says where a frame is, and where it should be.
 struct BendingFrame {
   Camera shown;   // as the surface has it, of the depth image's size
   Camera wanted;  // only its pose counts
@@ -35,8 +35,8 @@ struct BendingFrame {
 // around it, by their distances from it. A frame has measured a cell if its depth there is within `reach` of the
 // cell's, scene units; near frames count more, by the square of their depth. Cells that no frame has measured move as
 // their neighbours do, and stay if none of those moves. A vertex that would move by less than `least` stays, to the
-// bit. The same bytes for any number of threads. `cells` must be those of the mesh. A position may become infinite
-// where a motion is as large.
+// bit. The same bytes for any number of threads. `cells` must be those of the mesh. A position may not be finite where
+// a motion is as large.
 [[nodiscard]] std::vector<glm::vec3> bent_positions(const Mesh& mesh, const Cells& cells,
                                                     std::span<const BendingFrame> frames, double reach, double least);
 

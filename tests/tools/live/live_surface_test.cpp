@@ -155,6 +155,37 @@ TEST_CASE("a live surface bends as its frames have moved, and then becomes what 
   CHECK(farthest < 1e-5);
 }
 
+TEST_CASE("of many frames those that have moved bend a live surface") {
+  LiveSurface surface(room_live_options().surface);
+  constexpr std::size_t kFrames = 450, kMoved = 3;
+  for (std::size_t number = 0; number < kFrames; ++number) {
+    REQUIRE(surface.add(room_depth(room_camera(number % 8)), room_view(number)));
+  }
+  const std::optional<GrownSurface> first = surface.grow();
+  REQUIRE(first);
+  for (std::size_t number = kFrames - kMoved; number < kFrames; ++number) {
+    Camera camera = room_camera(number % 8);
+    camera.cam_from_world_translation.x += 2;
+    surface.move(room_view(number), camera);
+  }
+  const std::optional<GrownSurface> bent = surface.bend();
+  REQUIRE(bent);
+  CHECK_FALSE(bent->surface->mesh.positions == first->surface->mesh.positions);
+  // Moves that are too small each to be shown count together.
+  const auto nudge = [&](double times) {
+    for (std::size_t number = 0; number < kFrames; ++number) {
+      Camera camera = room_camera(number % 8);
+      camera.cam_from_world_translation.y += times * 0.4 * 0.02 * *room_live_options().surface.voxel;
+      if (number >= kFrames - kMoved) camera.cam_from_world_translation.x += 2;
+      surface.move(room_view(number), camera);
+    }
+    return surface.bend();
+  };
+  CHECK_FALSE(nudge(1));
+  CHECK_FALSE(nudge(2));
+  CHECK(nudge(3));
+}
+
 TEST_CASE("a live surface whose frames move out of all bounds does not bend") {
   LiveSurface surface(room_live_options().surface);
   REQUIRE(surface.add(room_depth(room_camera(0)), "a"));
