@@ -126,6 +126,7 @@ struct LiveModel::State {
   std::vector<Camera> passed;  // cameras of views that were not needed
   Poses moves;                 // of stored views, which have not taken them yet
   StoringPace pace;
+  bool view_is_due = false;  // views have moved since one was stored
   bool views_busy = false;
   ViewsWork views_work;  // of the thread of the views, without the job that runs
   double ViewsWork::*views_job = nullptr;
@@ -135,8 +136,10 @@ struct LiveModel::State {
   std::vector<WaitingDepth> depths;
   Poses depth_moves;  // that the surface has not been told yet; stored views take them with it
   bool depths_busy = false;
-  bool bends = false;                            // the surface is being told of poses
-  LiveClock::time_point held_until{};            // since the surface was bent, how long another may wait
+  bool bends = false;                  // the surface is being told of poses
+  bool is_bent = false;                // the last surface is one that was bent
+  bool may_hold = true;                // no version of the surface has been held back since the last one was made
+  LiveClock::time_point held_until{};  // since the surface was bent, how long another may wait
   std::map<std::uint32_t, TriangleSoup> pieces;  // that the surface does not have yet
   // Sizes of all pieces, by number, and their sums.
   std::map<std::uint32_t, std::pair<std::size_t, std::size_t>> piece_sizes;
@@ -198,7 +201,11 @@ struct LiveModel::State {
   [[nodiscard]] bool poses_wait() const {
     return !moves.empty() || !depth_moves.empty() || bends || (grown && grown->moves);
   }
-  [[nodiscard]] bool is_held() const { return held_until > LiveClock::now(); }
+  // Between two sets of poses one view comes, so that poses that come all the time do not keep all views out.
+  [[nodiscard]] bool may_store_view() const { return sight && (view_is_due || !poses_wait()); }
+  [[nodiscard]] bool is_held() const { return !finishing && held_until > LiveClock::now(); }
+  // Depths on a bent surface are those of before but for little, and all are another once its frames have followed.
+  [[nodiscard]] bool may_renew_depths() const { return old_depths && !is_held(); }
   void note_passed(const Camera& camera);
   void give_up(std::size_t place, LiveVerdict& verdict);
   void turn_away(const WaitingView& view);
@@ -288,7 +295,7 @@ bool LiveModel::State::is_ready(const WaitingView& view, std::uint64_t surface_d
 // The most urgent view first, of equals the one that was offered first. None while others are to move: it would be
 // refined by what they show elsewhere.
 std::optional<std::size_t> LiveModel::State::next_view() const {
-  if (!sight || poses_wait()) return std::nullopt;
+  if (!may_store_view()) return std::nullopt;
   const LiveClock::time_point now = LiveClock::now();
   const auto is_before = [&](const WaitingView& a, const WaitingView& b) {
     return urgency(a, now, options.longest_wait) > urgency(b, now, options.longest_wait);
@@ -315,7 +322,7 @@ bool LiveModel::State::has_surface_to_make() const {
 bool LiveModel::State::may_make_surface() const {
   if (!has_surface_to_make()) return false;
   return finishing ? depths.empty() && depth_moves.empty() && status.depths_to_move == 0
-                   : LiveClock::now() >= std::max(next_surface, held_until);
+                   : !is_held() && LiveClock::now() >= next_surface;
 }
 
 void LiveModel::State::note_passed(const Camera& camera) {
@@ -497,21 +504,25 @@ void LiveModel::State::run_views() {
   for (;;) {
     // A surface may wait for a time, of which nothing tells.
     changed.wait_for(lock, std::chrono::milliseconds(50), [&] {
-      return is_over() || !moves.empty() || may_take_surface() || next_view() || old_depths ||
+      return is_over() || !moves.empty() || may_take_surface() || next_view() || may_renew_depths() ||
              (sight && !passed.empty());
     });
     if (is_over()) return;
     views_busy = true;
-    if (!moves.empty() && sight) {
+    const std::optional<std::size_t> due = view_is_due && poses_wait() ? next_view() : std::nullopt;
+    if (due) {
+      work(&ViewsWork::views, [&] { store_view(lock, *due); });
+    } else if (!moves.empty() && sight) {
       work(&ViewsWork::moves, [&] { take_moves(lock); });
     } else if (!moves.empty()) {
       moves.clear();  // no view is stored
     } else if (may_take_surface()) {
-      work(&ViewsWork::surfaces, [&] { take_surface(lock); });
-    } else if (const std::optional<std::size_t> view = next_view(); view && (!old_depths || renewed >= kRenewedAView)) {
+      work(grown->moves ? &ViewsWork::moves : &ViewsWork::surfaces, [&] { take_surface(lock); });
+    } else if (const std::optional<std::size_t> view = next_view();
+               view && (!may_renew_depths() || renewed >= kRenewedAView)) {
       work(&ViewsWork::views, [&] { store_view(lock, *view); });
       renewed = 0;
-    } else if (old_depths) {
+    } else if (may_renew_depths()) {
       work(&ViewsWork::depths, [&] { renew_depth(lock); });
       ++renewed;
     } else if (sight && !passed.empty()) {
@@ -523,6 +534,7 @@ void LiveModel::State::run_views() {
 }
 
 void LiveModel::State::store_view(Lock& lock, std::size_t place) {
+  view_is_due = false;
   WaitingView view = std::move(waiting[place]);
   waiting.erase(waiting.begin() + static_cast<std::ptrdiff_t>(place));
   LiveOutcome outcome{view.name, {}, {}, 0, waits_of(view)};
@@ -588,6 +600,7 @@ void LiveModel::State::start_planner(const GrownSurface& first) {
 void LiveModel::State::take_surface(Lock& lock) {
   Grown next = std::move(*grown);
   grown.reset();
+  if (next.moves) view_is_due = true;
   changed.notify_all();
   lock.unlock();
   const LiveStopwatch stopwatch;
@@ -624,6 +637,7 @@ std::vector<ViewPose> LiveModel::State::stored_poses(const Poses& views) const {
 
 void LiveModel::State::take_moves(Lock& lock) {
   const Poses views = std::exchange(moves, {});
+  view_is_due = true;
   lock.unlock();
   const LiveStopwatch stopwatch;
   const std::vector<ViewPose> poses = stored_poses(views);
@@ -728,13 +742,13 @@ void LiveModel::State::run_depths() {
              may_make_surface();
     };
     if (has_surface_to_make() && !finishing) {
-      changed.wait_until(lock, next_surface, has_work);
+      changed.wait_until(lock, std::max(next_surface, held_until), has_work);
     } else {
       changed.wait(lock, has_work);
     }
     if (is_over()) return;
     depths_busy = true;
-    if (may_take_depth_moves()) {
+    if (may_take_depth_moves() && !(is_bent && may_make_surface())) {
       take_depth_moves(lock);
     } else if (!pieces.empty()) {
       take_pieces(lock);
@@ -781,18 +795,22 @@ void LiveModel::State::take_depth_moves(Lock& lock) {
   Poses poses = std::exchange(depth_moves, {});
   bends = true;
   const bool is_shown = !finishing;
+  bool has_doubles = false;
   std::optional<GrownSurface> bent;
   if (follows_moves) {
     lock.unlock();
     for (const auto& [name, camera] : poses) surface.move(name, camera);
     if (is_shown) bent = surface.bend();
+    has_doubles = surface.has_doubles();
     lock.lock();
-    status.depths_to_move = surface.moved();
+    status.depths_to_move = follows_moves ? surface.moved() : 0;
   }
   bends = false;
   if (bent) {
     grown = Grown{std::move(*bent), made_of, std::move(poses)};
-    if (!is_held()) held_until = LiveClock::now() + kLongestBent;
+    is_bent = true;
+    if (has_doubles && std::exchange(may_hold, false)) held_until = LiveClock::now() + kLongestBent;
+    fused_unshown = std::max<std::uint64_t>(fused_unshown, 1);  // the next version has another form
   } else {
     add_poses(poses, moves);
   }
@@ -867,6 +885,8 @@ void LiveModel::State::make_surface(Lock& lock) {
   if (made) {
     grown = Grown{std::move(*made), with, std::nullopt};
     made_of = with;
+    may_hold = true;
+    is_bent = false;
   }
   const auto rest = std::chrono::milliseconds(static_cast<std::int64_t>(ms + status.surface_taking.last));
   next_surface = LiveClock::now() + std::max<std::chrono::milliseconds>(options.surface_interval, rest);

@@ -150,10 +150,10 @@ class LiveModel {
   // vertices. A model has pieces or depth frames: throws std::logic_error if a depth frame was given before, as fuse()
   // does if a piece was; and what check_piece() throws.
   bool replace_piece(std::uint32_t id, TriangleSoup piece);
-  // Gives views and depth frames other poses, by name; other names have no effect. What waits takes them at once.
+  // Gives views and depth frames other poses, by name; other names have no effect. Those that wait take them at once.
   // Stored views and the surface take them in one edit, for which the surface is bent: see LiveSurface::bend(). Then
   // each depth frame that was fused is taken out of the surface and fused again, between those that come. Until no
-  // frame is off by more than a voxel, but for 30 s at most, the bent surface is shown.
+  // frame is off by more than a voxel, and for 30 s at most, the bent surface is shown.
   void move_views(const std::vector<MovedView>& views);
   // Returns the model as it is now; null while there is no surface.
   [[nodiscard]] std::shared_ptr<const Snapshot> snapshot() const;

@@ -402,6 +402,39 @@ TEST_CASE("no view is read and refined between the call that moves views and the
   CHECK(moved_before == 1);
 }
 
+TEST_CASE("poses that come all the time keep out neither views nor surfaces") {
+  LiveModel live(room_live_options());
+  for (std::size_t number = 0; number < 4; ++number) {
+    fuse_room(live, number);
+    wait_for([&] { return live.status().fusion.count == number + 1; });
+  }
+  wait_for([&] { return live.status().surface_rests; });
+  std::atomic<bool> ended = false;
+  std::thread slam([&] {
+    for (int step = 0; !ended; ++step) {
+      std::vector<MovedView> moved;
+      for (std::size_t number = 0; number < 12; ++number) {
+        Camera camera = room_camera(number);
+        camera.cam_from_world_translation += 0.02 * (step % 2) * glm::dvec3(1, -1, 1);
+        moved.push_back({room_view(number), camera});
+      }
+      live.move_views(moved);
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+  });
+  const std::uint64_t surfaces = live.status().surface_making.count;
+  for (std::size_t number = 4; number < 8; ++number) {
+    fuse_room(live, number);
+    offer_room(live, number);
+    wait_for([&] { return live.status().waiting == 0; });
+  }
+  wait_for([&] { return live.status().surface_making.count > surfaces; });
+  ended = true;
+  slam.join();
+  CHECK(live.status().stored > 0);
+  CHECK_NOTHROW(check(live.finish().snapshot));
+}
+
 TEST_CASE("a caller that makes the surface anew does not wait for depth frames that move") {
   LiveModel live(room_live_options());
   std::vector<MovedView> closed;
