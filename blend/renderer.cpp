@@ -781,11 +781,16 @@ void Renderer::State::take_upload() {
       make_vertices(batches[i]);
     }
     zones = upload_joins_cells == steps.join_cells ? prepared.zones : nullptr;
-    loaded_colors = has_colors ? prepared.tables->vertex_colors : FallbackColors();
+    if (objects.positions.empty()) loaded_colors = has_colors ? prepared.tables->vertex_colors : FallbackColors();
   } else {
     batches.clear();
   }
   rest->tables = std::exchange(tables, prepared.tables);
+  if (former_stays && !objects.positions.empty()) {  // a picture may have brought other colours, which stay
+    auto with_colors = std::make_shared<SnapshotTables>(*tables);
+    with_colors->vertex_colors = loaded_colors;
+    tables = std::move(with_colors);
+  }
   rest->zones = shown;
   if (objects.zones.get() != 0) {
     zone_table = std::move(objects.zones);

@@ -107,10 +107,10 @@ class Renderer {
   // drawn, pictures are those that load() would give, to the last bit. `options` are those of the pictures to come:
   // with another border width the mesh is made with the first picture. The array of photographs has places for the
   // tiles of both snapshots; where few tiles change, that is little more than for one, and where no tile stays, a
-  // second array is made. With a new surface, what is new of the mesh is on the GPU beside the former one meanwhile. Of
-  // a surface that differs from the former one in the places of its vertices alone, as after a loop closure, only these
-  // are copied, and pictures may be others: cells fade into each other as they did, and where no photograph is, the
-  // colours of the former snapshot are shown, until a snapshot is begun after this one, which may be the same.
+  // second array is made. With a new surface, what is new of the mesh is on the GPU beside the former one meanwhile. A
+  // surface that differs from the former one in the places of its vertices alone, as after a loop closure, is only
+  // moved, and pictures may be others: cells fade into each other as they did, and where no photograph is, the colours
+  // of the former snapshot are shown until a snapshot is begun whose surface has not moved again.
   // Throws std::invalid_argument unless the options pass check().
   [[nodiscard]] NextSnapshot begin(Snapshot snapshot, const BlendOptions& options);
   // Copies parts of the next snapshot to the GPU until about `milliseconds` have passed, one part at least if one is

@@ -279,7 +279,7 @@ TEST_CASE("a surface that differs in the places of its vertices alone is drawn b
   CHECK(drawn > 0);
   CHECK(drawn < 20 * faces.size() / 2);
   for (const Ball& ball : moved->balls) CHECK(ball.radius < 3);
-  // What is laid out for the next surface does not rest on the shares of this one.
+  // The next surface is laid out whole: its shares do not rest on those of this one.
   const auto next = std::make_shared<const Surface>(*bent);
   const MadeZones whole = make_zones(next, options, moved.get());
   REQUIRE(whole.mesh);
