@@ -98,6 +98,7 @@ void ClosureViewer::watch() {
   const EglContext context;
   Renderer renderer({.join_cells = false});  // as once a store has changed
   SnapshotFeed feed(live_, renderer);
+  std::optional<Picture> last;
   while (!ended_) {
     Frame frame;
     frame.start = std::chrono::steady_clock::now();
@@ -111,10 +112,14 @@ void ClosureViewer::watch() {
     frame.end = std::chrono::steady_clock::now();
     const bool is_first = frames_.empty() || frames_.back().surface != frame.surface;
     frames_.push_back(std::move(frame));
-    if (keeps_pictures_ && (is_first || ended_)) pictures_.push_back({frames_.back().end, std::move(rendering)});
+    if (keeps_pictures_) {
+      last = {frames_.back().end, std::move(rendering)};
+      if (is_first) pictures_.push_back(std::move(*std::exchange(last, std::nullopt)));
+    }
     drew_ = true;
     std::this_thread::sleep_for(rest_);
   }
+  if (last) pictures_.push_back(std::move(*last));
 }
 
 }  // namespace lumatlas
