@@ -196,7 +196,7 @@ void SnapshotPreparation::give_back(std::uint64_t bytes) {
 bool SnapshotPreparation::is_whole() {
   const std::lock_guard lock(mutex_);
   throw_error();
-  return finished_ && ready_.empty() && waiting_ == 0;
+  return !cancelled_ && finished_ && ready_.empty() && waiting_ == 0;
 }
 
 }  // namespace lumatlas

@@ -70,12 +70,13 @@ class SnapshotPreparation {
   [[nodiscard]] std::uint64_t waiting_bytes() const;
 
   // For the thread that uploads. All but give_back() throw what run() has thrown.
-  // Returns whether tables() and array() may be read: all of them but the contents' held tiles and entries.
+  // Returns whether tables() and array() may be read, except the contents' held tiles and the values of their entries.
   [[nodiscard]] bool is_planned();
   // Returns the next tile that is prepared, or none if none waits now. Its bytes wait until they are given back.
   [[nodiscard]] std::optional<TileUpload> next_tile();
   void give_back(std::uint64_t bytes);
-  // Returns whether all tiles were prepared and taken: array() may be read as a whole.
+  // Returns whether all tiles were prepared and taken: array() may be read as a whole. Never true once the snapshot was
+  // given up, which throws tiles away.
   [[nodiscard]] bool is_whole();
 
   [[nodiscard]] const FormerSnapshot& former() const { return former_; }

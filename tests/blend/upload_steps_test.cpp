@@ -250,6 +250,46 @@ TEST_CASE("of an array that was replaced nothing is left after the second pictur
   }
 }
 
+TEST_CASE("a next snapshot that is given up while it is uploaded is drawn as a whole or not at all") {
+  const std::optional<EglContext> context = context_or_skip();
+  if (!context) return;
+  const bool aside = GENERATE(false, true);
+  CAPTURE(aside);
+  const auto atlas = room_atlas(4, {}, {64, 2, 0});
+  const Snapshot former = atlas->snapshot();
+  invert_photographs(*atlas);
+  const Snapshot snapshot = atlas->snapshot();
+  Renderer fresh;
+  fresh.load(former);
+  const Rendering before = fresh.render(kCameraOfSteps, {});
+  fresh.load(snapshot);
+  const Rendering after = fresh.render(kCameraOfSteps, {});
+  REQUIRE(before.picture.rgb != after.picture.rgb);
+  int dropped = 0;
+  bool is_cancelled = true;
+  for (std::size_t last_step = 1; is_cancelled; ++last_step) {
+    CAPTURE(last_step);
+    Renderer renderer({.waiting_bytes = ~std::uint64_t{0}, .allocate_aside = aside});
+    renderer.load(former);
+    (void)renderer.render(kCameraOfSteps, {});
+    NextSnapshot next = renderer.begin(snapshot, {});
+    next.prepare();
+    std::size_t steps = 0;
+    is_cancelled = false;
+    renderer.set_upload_listener([&](const UploadStep& step) {
+      if (std::string(step.what) == "wait" || ++steps != last_step) return;
+      is_cancelled = std::string(step.what) != "exchange";
+      if (is_cancelled) next.cancel();
+    });
+    bool is_whole = false;
+    while (!is_whole && !is_cancelled) is_whole = renderer.upload(1e6);
+    dropped += is_whole ? 0 : 1;
+    CHECK(renderer.upload(0));
+    CHECK(renderer.render(kCameraOfSteps, {}).picture.rgb == (is_whole ? after : before).picture.rgb);
+  }
+  CHECK(dropped > 4);
+}
+
 TEST_CASE("a picture may come between any two steps, and shows the former snapshot until the last") {
   const std::optional<EglContext> context = context_or_skip();
   if (!context) return;
