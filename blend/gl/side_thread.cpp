@@ -21,26 +21,33 @@ SideThread::~SideThread() {
 }
 
 std::optional<bool> SideThread::has_context() {
-  if (!std::exchange(asked_for_context_, true)) {
-    context_ = EglContext::sharing_with_current();
-    if (!context_ || !start()) return false;
-    const auto task = std::make_shared<std::packaged_task<bool()>>([this] {
-      try {
-        current_.emplace(*context_);
-        return true;
-      } catch (const GlError&) {
-        return false;
-      }
-    });
-    is_current_ = task->get_future();
-    state_ = ContextState::starting;
-    add([task] { (*task)(); });
-  }
+  if (!std::exchange(asked_for_context_, true)) ask_for_context();
   if (state_ == ContextState::starting) {
     if (is_current_.wait_for(std::chrono::seconds(0)) != std::future_status::ready) return std::nullopt;
     state_ = is_current_.get() ? ContextState::current : ContextState::none;
   }
   return state_ == ContextState::current;
+}
+
+// Makes a context and asks the thread to make it current. The renderer draws without it too, so that any failure means
+// that there is none.
+void SideThread::ask_for_context() {
+  try {
+    context_ = EglContext::sharing_with_current();
+    if (!context_ || !start()) return;
+    const auto task = std::make_shared<std::packaged_task<bool()>>([this] {
+      try {
+        current_.emplace(*context_);
+        return true;
+      } catch (...) {
+        return false;
+      }
+    });
+    is_current_ = task->get_future();
+    add([task] { (*task)(); });
+    state_ = ContextState::starting;
+  } catch (...) {  // state_ stays `none`
+  }
 }
 
 void SideThread::finish() {

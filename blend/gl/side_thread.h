@@ -50,7 +50,8 @@ class SideThread {
 
   // Frees what nothing else refers to.
   void free_later(std::shared_ptr<const void> memory);
-  // Frees textures and buffers that the context that draws has no use of any more; at once unless the thread has one.
+  // Frees textures and buffers that the context that draws has no use of any more; at once unless the thread has a
+  // context.
   void free_objects(std::shared_ptr<const void> objects) {
     if (makes_objects()) free_later(std::move(objects));
   }
@@ -59,6 +60,7 @@ class SideThread {
   using Task = std::function<void()>;
   enum class ContextState { none, starting, current };
 
+  void ask_for_context();
   [[nodiscard]] bool start();
   void add(Task task);
   void work();
