@@ -9,7 +9,7 @@
 
 namespace lumatlas {
 
-// Lists what is copied, but for the photographs.
+// Lists the buffers and tables that are copied. The table of the tiles' places is the last one: see copy_table().
 void SnapshotUpload::list_copies() {
   PreparedTables& prepared = preparation_->tables();
   if (prepared.mesh) {
@@ -45,6 +45,10 @@ void SnapshotUpload::list_copies() {
     views_in_block_.resize(kBlockTexels);
     buffers_.push_back({GradualBuffer(views_in_block_), &objects_.views_block.emplace()});
   }
+  tables_.push_back({PhotographArray::gradual_tile_table(preparation_->array().contents.tile_entries),
+                     nullptr,
+                     &objects_.tile_entries,
+                     {}});
 }
 
 std::uint64_t SnapshotUpload::bytes_to_allocate() {
@@ -71,6 +75,7 @@ SnapshotUpload::Progress SnapshotUpload::allocate() {
     }
   } else {
     if (allocated_.wait_for(std::chrono::seconds(0)) != std::future_status::ready) return Progress::waits;
+    if (preparation_->is_cancelled()) return Progress::waits;  // nothing may have been allocated
     last_step_ = {"allocation", 0};
     stage_ = Stage::allocated;
     try {
@@ -94,8 +99,9 @@ void SnapshotUpload::ask_side() {
   for (const BufferCopy& copy : buffers_) buffers.push_back(copy.gradual.bytes());
   std::vector<std::function<GlTexture()>> tables;
   for (const TableCopy& copy : tables_) tables.push_back(copy.gradual.allocation());
-  allocated_ = side_.make([shape, buffers = std::move(buffers), tables = std::move(tables)] {
+  allocated_ = side_.make([shape, buffers = std::move(buffers), tables = std::move(tables), asker = preparation_] {
     Allocated allocated;
+    if (asker->is_cancelled()) return allocated;
     if (shape) allocated.textures = PhotographArray::allocate_next(*shape);
     for (const std::size_t bytes : buffers) {
       allocated.buffers.push_back(bytes > 0 ? allocate_buffer(bytes) : GlBuffer());
@@ -107,6 +113,10 @@ void SnapshotUpload::ask_side() {
 
 void SnapshotUpload::use(Allocated allocated) {
   objects_.textures = std::move(allocated.textures);
+  // Textures that another context has made must be bound before they are used. Copies between arrays do not bind them.
+  for (const GlTexture* texture : {&objects_.textures.photographs, &objects_.textures.depths}) {
+    if (texture->get() != 0) glBindTexture(GL_TEXTURE_2D_ARRAY, texture->get());
+  }
   for (std::size_t i = 0; i < buffers_.size(); ++i) buffers_[i].gradual.use(std::move(allocated.buffers[i]));
   for (std::size_t i = 0; i < tables_.size(); ++i) tables_[i].gradual.use(std::move(allocated.tables[i]));
 }
@@ -138,9 +148,9 @@ bool SnapshotUpload::copy_buffer() {
   return true;
 }
 
-// Copies rows of a table. Returns false if all are there.
+// Copies rows of a table. Returns false if all are there, except the tiles' places as long as tiles are prepared.
 bool SnapshotUpload::copy_table() {
-  if (copied_tables_ == tables_.size()) return false;
+  if (copied_tables_ == tables_.size() - (tiles_are_there_ ? 0 : 1)) return false;
   auto& [gradual, to, to_table, entries] = tables_[copied_tables_];
   const std::uint64_t before = gradual.copied_bytes();
   const bool is_whole = gradual.copy_some();
@@ -173,10 +183,10 @@ SnapshotUpload::Progress SnapshotUpload::copy_tile(PhotographArray& array) {
   return Progress::goes_on;
 }
 
-// Lists the table of the tiles' places, which is the last one.
+// Lets copy_table() copy the tiles' places, which do not change any more.
 void SnapshotUpload::list_tile_entries() {
-  tables_.push_back({PhotographArray::gradual_tile_table(preparation_->array().contents.tile_entries), nullptr,
-                     &objects_.tile_entries, std::move(preparation_->tables().tile_entry_bytes)});
+  tables_.back().entries = std::move(preparation_->tables().tile_entry_bytes);
+  tiles_are_there_ = true;
 }
 
 SnapshotUpload::Progress SnapshotUpload::step(PhotographArray& array) {

@@ -37,6 +37,8 @@ class SnapshotUpload {
   // Does one step: `waits` if there is nothing to do before another thread has done more, `whole` once all is on the
   // GPU. Expects the state that GlStateGuard sets. Throws GlError, and what the preparation has thrown.
   [[nodiscard]] Progress step(PhotographArray& array);
+  // Returns whether the next step() may allocate an array beside the one that is drawn: memory had better be freed.
+  [[nodiscard]] bool allocates_array() const { return stage_ == Stage::listed && preparation_->array().is_new; }
   // Returns what the last step() did.
   [[nodiscard]] const UploadStep& last_step() const { return last_step_; }
 
@@ -45,7 +47,8 @@ class SnapshotUpload {
   [[nodiscard]] SnapshotPreparation& preparation() const { return *preparation_; }
   [[nodiscard]] std::shared_ptr<SnapshotPreparation> shared_preparation() const { return preparation_; }
 
-  // What is there once step() has returned `whole`; before, a part of it. Empty: what was there before stays.
+  // The objects of the snapshot once step() has returned `whole`; before, a part of them. Empty ones: the former
+  // snapshot's stay.
   struct Objects {
     std::optional<MeshObjects> mesh;          // of the last batch
     std::vector<GlBuffer> positions, colors;  // of each batch that stays
@@ -64,7 +67,7 @@ class SnapshotUpload {
     std::vector<GlBuffer> buffers;  // as buffers_
     std::vector<GlTexture> tables;  // as tables_
   };
-  // What is copied one after another: buffers, then tables.
+  // Copies that follow one another: buffers, then tables.
   struct BufferCopy {
     GradualBuffer gradual;
     GlBuffer* to;
@@ -102,7 +105,7 @@ class SnapshotUpload {
   std::size_t copied_buffers_ = 0, copied_tables_ = 0;
   std::optional<TileUpload> tile_;
   std::uint64_t copied_of_tile_ = 0;
-  bool tiles_are_there_ = false;
+  bool tiles_are_there_ = false;  // and tables_ has the bytes of their places
 };
 
 }  // namespace lumatlas

@@ -7,7 +7,10 @@
 #include <catch2/catch.hpp>
 #include <chrono>
 #include <cstdint>
+#include <future>
+#include <limits>
 #include <map>
+#include <memory>
 #include <optional>
 #include <string>
 #include <thread>
@@ -16,7 +19,10 @@
 
 #include "blend/gl/gradual_copies.h"
 #include "blend/gl/photograph_array.h"
+#include "blend/gl/side_thread.h"
+#include "blend/gl/snapshot_upload.h"
 #include "blend/renderer.h"
+#include "blend/tables/snapshot_preparation.h"
 #include "tests/support/gl_test_context.h"
 #include "tests/support/scenes/small_scenes.h"
 #include "tests/support/scenes/view_parts.h"
@@ -288,6 +294,42 @@ TEST_CASE("a next snapshot that is given up while it is uploaded is drawn as a w
     CHECK(renderer.render(kCameraOfSteps, {}).picture.rgb == (is_whole ? after : before).picture.rgb);
   }
   CHECK(dropped > 4);
+}
+
+TEST_CASE("memory of a next snapshot that was given up before it is allocated aside is not allocated") {
+  const std::optional<EglContext> context = context_or_skip();
+  if (!context) return;
+  const bool is_cancelled = GENERATE(false, true);
+  FormerSnapshot nothing;
+  nothing.array = std::make_shared<ArrayContents>();
+  PreparationOptions options;
+  options.limits = limits_of_driver();
+  options.waiting_bytes = std::numeric_limits<std::uint64_t>::max();
+  const auto preparation =
+      std::make_shared<SnapshotPreparation>(room_snapshot(4, {}, {64, 2, 0}), std::move(nothing), options);
+  preparation->run();
+  const std::size_t before = textures_there();
+  SideThread side;
+  PhotographArray array;
+  SnapshotUpload upload(preparation, side, 0);
+  CHECK(!upload.allocates_array());
+  REQUIRE(upload.step(array) == SnapshotUpload::Progress::goes_on);
+  CHECK(upload.allocates_array());
+  while (!side.has_context()) std::this_thread::yield();
+  REQUIRE(side.makes_objects());
+  std::promise<void> gate;
+  (void)side.make([opened = gate.get_future().share()] {
+    opened.wait();
+    return 0;
+  });
+  REQUIRE(upload.step(array) == SnapshotUpload::Progress::goes_on);
+  CHECK(!upload.allocates_array());
+  CHECK(upload.step(array) == SnapshotUpload::Progress::waits);
+  if (is_cancelled) preparation->cancel();
+  gate.set_value();
+  (void)side.make([] { return 0; }).get();  // all that was asked for before is done
+  CHECK((textures_there() == before) == is_cancelled);
+  for (int i = 0; i < 2; ++i) CHECK((upload.step(array) == SnapshotUpload::Progress::waits) == is_cancelled);
 }
 
 TEST_CASE("a picture may come between any two steps, and shows the former snapshot until the last") {
