@@ -30,7 +30,7 @@ struct UploadStep {
   std::uint64_t bytes = 0;  // that were copied, or of textures that were allocated, on the thread that draws
 };
 
-// Called after each step.
+// Called after each step. It must not call the renderer, nor throw.
 using UploadListener = std::function<void(const UploadStep&)>;
 
 class SnapshotPreparation;

@@ -158,7 +158,7 @@ struct HostTarget {
   std::optional<HostDepth> depth;
 };
 
-// What is left of a former snapshot, and of the preparation of the one that replaced it.
+// Leftovers of a former snapshot, and of the preparation of the one that replaced it.
 struct LeftOver {
   SnapshotPreparation::Rest preparation;
   std::shared_ptr<const SnapshotTables> tables;
@@ -214,12 +214,13 @@ struct Renderer::State {
 
   // Tells the listener, if there is one, of a pass.
   void tell(const char* pass) const;
-  void tell_upload(const UploadStep& step) const;
+  void tell_upload(UploadStep step) const;
   void take_tables(const Snapshot& snapshot);
   void load_references();
   [[nodiscard]] std::uint64_t bytes_allocated_here() const;
   void retire_array();
   void free_retired();
+  void free_all_retired();
   void drop_upload();
   void take_upload();
   void rank(const Camera& camera, const BlendOptions& options);
@@ -259,7 +260,7 @@ void Renderer::State::tell(const char* pass) const {
   if (listener) listener(pass);
 }
 
-void Renderer::State::tell_upload(const UploadStep& step) const {
+void Renderer::State::tell_upload(UploadStep step) const {
   if (upload_listener) upload_listener(step);
 }
 
@@ -679,6 +680,7 @@ void Renderer::load(const Snapshot& snapshot) {
   check_after(state.tables.get(), snapshot);
   const GlStateGuard guard;
   state.drop_upload();
+  state.retired.clear();  // at once, before more memory is asked for
   state.loaded = false;
   state.photographs.load(snapshot, state.steps.blocks.value_or(!state.in_software));
   state.take_tables(snapshot);
@@ -734,6 +736,7 @@ bool Renderer::upload(double milliseconds) {
   const GlStateGuard guard;
   try {
     do {
+      if (state.upload->allocates_array()) state.free_all_retired();
       const SnapshotUpload::Progress progress = state.upload->step(state.photographs);
       if (progress != SnapshotUpload::Progress::whole) {
         state.tell_upload(state.upload->last_step());
@@ -808,9 +811,18 @@ void Renderer::State::take_upload() {
   side.free_later(std::move(rest));
 }
 
-// Keeps the memory of the array for the side thread to free, because that takes long.
+// Keeps the memory of the array for the side thread to free, because that takes long. No other array is kept then, so
+// that one at most waits for pictures that may not come.
 void Renderer::State::retire_array() {
-  if (side.makes_objects()) retired.push_back({std::make_shared<ArrayTextures>(photographs.memory())});
+  if (!side.makes_objects()) return;
+  free_all_retired();
+  retired.push_back({std::make_shared<ArrayTextures>(photographs.memory())});
+}
+
+// Frees all that was retired on the side thread, before that thread does what is asked of it from now on.
+void Renderer::State::free_all_retired() {
+  for (RetiredMemory& memory : retired) side.free_objects(std::move(memory.textures));
+  retired.clear();
 }
 
 // Frees what was retired before the last picture. Called once a picture.

@@ -117,9 +117,11 @@ class Renderer {
   // prepared and memory is allocated (RendererOptions::allocate_aside). Parts have at most 256 KB, which takes far less
   // than a millisecond. These steps take longer: the second context, some milliseconds once; a program that the former
   // snapshot did not need, which is compiled at once; and large objects where upload() allocates and frees them.
-  // Returns whether nothing is left: the next snapshot is drawn from now on, or there is none. The former array is
-  // freed with the second picture of the next one. Throws GlError as load() does, and what prepare() has thrown; the
-  // former snapshot is drawn on then, and load() may be called. Throws std::invalid_argument unless milliseconds >= 0.
+  // Returns whether nothing is left: the next snapshot is drawn from now on, or there is none. A former array that is
+  // replaced is freed at once, except in a context of desktop OpenGL beside which memory is allocated aside. There its
+  // memory is freed aside with the second picture of the next snapshot, or when another array is allocated or load() is
+  // called. Throws GlError as load() does, and what prepare() has thrown; the former snapshot is drawn on then, and
+  // load() may be called. Throws std::invalid_argument unless milliseconds >= 0.
   bool upload(double milliseconds);
 
   [[nodiscard]] RendererWork work() const;

@@ -256,6 +256,65 @@ TEST_CASE("of an array that was replaced nothing is left after the second pictur
   }
 }
 
+// Waits until as many textures are there, at most some seconds. Returns how many are.
+std::size_t textures_that_stay(std::size_t expected) {
+  const auto end = std::chrono::steady_clock::now() + std::chrono::seconds(20);
+  while (textures_there() != expected && std::chrono::steady_clock::now() < end) std::this_thread::yield();
+  return textures_there();
+}
+
+TEST_CASE("without a picture one replaced array at most is kept, and load() frees it before it returns") {
+  const std::optional<EglContext> context = context_or_skip();
+  if (!context) return;
+  const bool aside = GENERATE(false, true);
+  CAPTURE(aside);
+  const auto atlas = room_atlas(4, {}, {64, 2, 0});
+  Renderer renderer({.waiting_bytes = ~std::uint64_t{0}, .allocate_aside = aside});
+  renderer.load(atlas->snapshot());
+  (void)renderer.render(kCameraOfSteps, {});
+  const std::size_t before = textures_there();
+  const std::size_t kept = aside ? 2 : 0;  // photographs and depths
+  for (int round = 0; round < 4; ++round) {
+    CAPTURE(round);
+    invert_photographs(*atlas);
+    (void)steps_of(renderer, atlas->snapshot());
+    CHECK(textures_that_stay(before + kept) == before + kept);
+  }
+  renderer.load(atlas->snapshot());
+  CHECK(textures_there() == before);
+}
+
+TEST_CASE("before an array is allocated the replaced one is freed, and afterwards no texture is made until the last") {
+  const std::optional<EglContext> context = context_or_skip();
+  if (!context) return;
+  const auto atlas = room_atlas(4, {}, {64, 2, 0});
+  Renderer renderer({.waiting_bytes = ~std::uint64_t{0}, .allocate_aside = true});
+  renderer.load(atlas->snapshot());
+  (void)renderer.render(kCameraOfSteps, {});
+  std::optional<std::size_t> first_round;
+  for (int round = 0; round < 3; ++round) {
+    CAPTURE(round);
+    invert_photographs(*atlas);
+    std::optional<std::size_t> allocated;
+    int different = 0;
+    renderer.set_upload_listener([&](const UploadStep& step) {
+      const std::string what = step.what;
+      if (what == "exchange" || what == "allocation" || what == "wait") return;
+      if (what == "list" && !allocated) return;
+      if (!allocated) allocated = textures_there();
+      different += textures_there() != *allocated;
+    });
+    NextSnapshot next = renderer.begin(atlas->snapshot(), {});
+    next.prepare();
+    while (!renderer.upload(0)) {
+    }
+    REQUIRE(allocated.has_value());
+    CHECK(different == 0);
+    if (!first_round) first_round = allocated;
+    CHECK(*allocated == *first_round);
+  }
+}
+
 TEST_CASE("a next snapshot that is given up while it is uploaded is drawn as a whole or not at all") {
   const std::optional<EglContext> context = context_or_skip();
   if (!context) return;
