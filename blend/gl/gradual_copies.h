@@ -15,7 +15,7 @@
 
 namespace lumatlas {
 
-// What one step of an upload copies, except where a row of a texture has more, which has at most as much again.
+// Most bytes that one step of an upload copies. A row of a texture may have more, and has at most twice as many.
 inline constexpr std::size_t kPieceBytes = 1 << 18;
 
 // Allocates a buffer and leaves it unbound; what it holds is not defined. Throws GlError.

@@ -32,7 +32,7 @@ ArrayTextures make_textures(const ArrayShape& shape) {
                              static_cast<GLsizei>(shape.rows * shape.depth_rows), pages, GL_NEAREST)};
 }
 
-// What is copied between two arrays, in each of some pages.
+// Rows that are copied between two arrays, the same in each of some pages.
 struct PageRows {
   GLint level;
   std::uint32_t width;        // texels

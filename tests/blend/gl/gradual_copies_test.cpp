@@ -37,7 +37,7 @@ std::vector<std::uint32_t> read_table(const GlTexture& table, std::size_t rows) 
   return values;
 }
 
-TEST_CASE("a buffer is copied in pieces of a bounded size, and holds all bytes then, whoever allocated it") {
+TEST_CASE("a buffer, allocated before or not, is copied in pieces of a bounded size, and holds all bytes then") {
   const std::optional<EglContext> context = context_or_skip();
   if (!context) return;
   const std::size_t count = GENERATE(1, 1000, kPieceBytes / 4, kPieceBytes / 4 + 1, 500'000);
@@ -68,7 +68,7 @@ TEST_CASE("an empty buffer takes one call") {
   CHECK(gradual.take().get() != 0);
 }
 
-TEST_CASE("a table is copied in rows of a bounded size, with zeros after its last entry, whoever allocated it") {
+TEST_CASE("a table, allocated before or not, is copied in rows of a bounded size, with zeros after its last entry") {
   const std::optional<EglContext> context = context_or_skip();
   if (!context) return;
   const std::size_t count = GENERATE(0, 1, kTableWidth, kTableWidth + 1, 300'000);

@@ -104,7 +104,7 @@ TEST_CASE("without a current context of EGL there is none aside, and objects are
   CHECK(freed_on.load() == std::this_thread::get_id());
 }
 
-TEST_CASE("results that nobody waits for are freed, and the end waits for what is asked for") {
+TEST_CASE("results that are not waited for are freed, and the end waits for what is asked for") {
   const std::optional<EglContext> context = context_or_skip();
   if (!context) return;
   std::atomic<int> made = 0;

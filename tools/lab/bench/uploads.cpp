@@ -134,8 +134,9 @@ int main(int argc, char** argv) {
   program.option_defaults()->always_capture_default();
   lumatlas::Flags flags;
   program.add_option("--vertices", flags.vertices, "About how many the surface has")->check(CLI::Range(4u, 100000000u));
-  program.add_option("--views", flags.views, "Of 640 x 480 pixels")->check(CLI::Range(1u, 100000u));
-  program.add_option("--width", flags.width, "Of the pictures, pixels")->check(CLI::Range(1u, 16384u));
+  program.add_option("--views", flags.views, "Number of photographs, of 640 x 480 pixels each")
+      ->check(CLI::Range(1u, 100000u));
+  program.add_option("--width", flags.width, "Width of the pictures, pixels")->check(CLI::Range(1u, 16384u));
   program.add_option("--upload-ms", flags.upload_ms, "Milliseconds of each frame that upload() may take")
       ->check(CLI::Range(0.0, 1e6));
   program.add_flag("!--no-aside", flags.aside, "Allocate all memory on the thread that draws");
