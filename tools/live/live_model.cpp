@@ -204,7 +204,7 @@ struct LiveModel::State {
   // Between two sets of poses one view comes, so that poses that come all the time do not keep all views out.
   [[nodiscard]] bool may_store_view() const { return sight && (view_is_due || !poses_wait()); }
   [[nodiscard]] bool is_held() const { return !finishing && held_until > LiveClock::now(); }
-  // Depths on a bent surface are those of before but for little, and all are another once its frames have followed.
+  // Depths on a bent surface are nearly those of before, and all become others once its frames have followed.
   [[nodiscard]] bool may_renew_depths() const { return old_depths && !is_held(); }
   void note_passed(const Camera& camera);
   void give_up(std::size_t place, LiveVerdict& verdict);
