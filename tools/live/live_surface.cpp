@@ -37,6 +37,7 @@ constexpr double kMostDepths = 0.9;
 constexpr double kStepsPerVoxel = 64;
 constexpr double kFarthestVertex = 1e10;                     // scene units
 constexpr double kSettled = 0.02;                            // voxels that what a frame sees may be off
+constexpr double kWorthBending = 0.25;                       // voxels that what a frame sees must have moved
 constexpr std::size_t kMostBending = 300, kMostStill = 100;  // frames that a surface is bent by, and held back by
 constexpr std::uint32_t kLookedAtPixels = 64;  // sides of the pictures that the usual distance is found by
 
@@ -215,7 +216,7 @@ bool LiveSurface::has_doubles() const {
 bool LiveSurface::bends(const Frame& frame) const {
   const glm::dvec3 center = glm::abs(frame.wanted.center());
   const bool is_near = center.x < kFarthestVertex && center.y < kFarthestVertex && center.z < kFarthestVertex;
-  return is_near && movement(frame.shown, frame.wanted) >= kSettled * voxel_;
+  return is_near && movement(frame.shown, frame.wanted) >= kWorthBending * voxel_;
 }
 
 // Returns frames in the order in which they came: of many evenly chosen ones, most of them such that have moved.

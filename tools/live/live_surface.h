@@ -106,8 +106,9 @@ class LiveSurface {
   [[nodiscard]] bool has_doubles() const;
   // Returns the last version, bent as the frames have moved since it was made or bent, with the faces and cells that it
   // had: it serves until the frames have followed and a version can be made of them. Of many frames 300 that have moved
-  // and 100 others decide. None if nothing moves by 1/50 of a voxel, a vertex or camera would be 1e10 scene units away
-  // or farther, there is no version, or it is one of pieces. A version that follows has other cells where it bent.
+  // and 100 others decide. Vertices that would move by less than 1/50 of a voxel stay. None if no frame has moved by a
+  // quarter of a voxel, a vertex or camera would be 1e10 scene units away or farther, there is no version, or it is one
+  // of pieces. A version that follows has other cells where it bent.
   [[nodiscard]] std::optional<GrownSurface> bend();
 
   // Brings a piece, replaces the one of the same id, or removes it if the new one has no faces. The soup must be as

@@ -175,7 +175,7 @@ TEST_CASE("of many frames those that have moved bend a live surface") {
   const auto nudge = [&](double times) {
     for (std::size_t number = 0; number < kFrames; ++number) {
       Camera camera = room_camera(number % 8);
-      camera.cam_from_world_translation.y += times * 0.4 * 0.02 * *room_live_options().surface.voxel;
+      camera.cam_from_world_translation.y += times * 0.1 * *room_live_options().surface.voxel;
       if (number >= kFrames - kMoved) camera.cam_from_world_translation.x += 2;
       surface.move(room_view(number), camera);
     }
