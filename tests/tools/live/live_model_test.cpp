@@ -28,7 +28,8 @@ std::unique_ptr<LiveModel> model_with_surface(const LiveOptions& options, std::s
     fuse_room(*live, number);
     wait_for([&] { return live->status().fusion.count == number + 1; });  // so that none is given up
   }
-  wait_for([&] { return live->snapshot() != nullptr; });
+  // Views that wait for more of the surface would be ready in another order than that of their offers.
+  wait_for([&] { return live->status().surface_rests; });
   return live;
 }
 
