@@ -69,10 +69,16 @@ auto of_pieces(const Run& run) {
   }
 }
 
-// Returns the image that is fused, in the grid of the volume: the same for the same depths and camera, to the bit.
+// Returns a camera in the grid of the volume.
+Camera in_grid(Camera camera) {
+  camera.cam_from_world_rotation *= glm::transpose(grid_from_scene());
+  return camera;
+}
+
+// Returns the image that is fused: the same for the same depths and camera, to the bit.
 DepthImage in_grid(const Camera& camera, const RoundedDepth& depth) {
   DepthImage image = slanted_depth(camera, depths_of(depth));
-  image.camera.cam_from_world_rotation *= glm::transpose(grid_from_scene());
+  image.camera = in_grid(camera);
   return image;
 }
 
@@ -279,12 +285,13 @@ bool LiveSurface::follow_move() {
     return false;
   }
   moved_.erase(farthest);
-  const RoundedDepth depth = kept_->image(frame.kept);
-  fusion_->remove(in_grid(frame.fused, depth));
+  DepthImage image = in_grid(frame.fused, kept_->image(frame.kept));
+  fusion_->remove(image);
   frame.fused = frame.wanted;
+  image.camera = in_grid(frame.fused);  // its slants are those of before, because they are the camera's
   bool added = false;
   try {
-    added = fusion_->add(in_grid(frame.fused, depth));
+    added = fusion_->add(image);
   } catch (const std::invalid_argument&) {  // its pose is too far from the others
   }
   if (!added) frames_.erase(entry);

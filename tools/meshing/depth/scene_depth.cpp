@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "tools/meshing/depth/scene_depth.h"
 
+#include <tbb/blocked_range.h>
+#include <tbb/parallel_for.h>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -99,7 +102,7 @@ void add_slant(DepthImage& image) {
   };
   image.cosine.assign(image.depth.size(), 0);
   image.slope.assign(image.depth.size(), glm::vec2(0));
-  for (std::int64_t y = 0; y < camera.height; ++y) {
+  const auto add_to_row = [&](std::int64_t y) {
     for (std::int64_t x = 0; x < camera.width; ++x) {
       const float here = depth_at(x, y);
       if (!(here > 0)) continue;
@@ -114,7 +117,11 @@ void add_slant(DepthImage& image) {
         image.slope[pixel] = glm::vec2(slope_x, slope_y);
       }
     }
-  }
+  };
+  constexpr std::size_t kRowsAtOnce = 16;
+  tbb::parallel_for(tbb::blocked_range<std::int64_t>(0, camera.height, kRowsAtOnce), [&](const auto& rows) {
+    for (std::int64_t y = rows.begin(); y < rows.end(); ++y) add_to_row(y);
+  });
 }
 
 // Depths of no confidence become those that were not measured.
