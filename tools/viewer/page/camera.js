@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Cameras as mesh/camera/camera.h has them: x right, y down, z forward; pixel (0,0) is the top left corner. Here the rotation
-// is nine numbers, row by row, that give camera from world coordinates.
+// Cameras as mesh/camera/camera.h has them: x right, y down, z forward; pixel (0,0) is the top left corner. Here the
+// rotation is nine numbers, row by row, that give camera from world coordinates.
 /** @import {Camera, Pose, Rotation, Vector} from './types.d.ts' */
 
 /** @param {Vector} a @param {Vector} b */
