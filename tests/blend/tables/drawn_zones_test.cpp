@@ -67,6 +67,14 @@ TEST_CASE("all faces in view are in the runs that are drawn, and few others") {
   for (const auto& of_shader : made.zones->in_view(camera)) CHECK(of_shader.empty());
 }
 
+// The options for a surface that follows another.
+ZoneOptions options_of_change(double border_width) {
+  ZoneOptions options;
+  options.border_width = border_width;
+  options.will_change = true;
+  return options;
+}
+
 // A bumpy wall of 2 x 96 x 96 faces in about 24 x 24 cells, cut apart along a line, where vertices are at one place.
 Surface bumpy_wall() {
   Surface surface;
@@ -163,9 +171,7 @@ std::vector<DrawnCorner> corners_drawn(const DrawnZones& zones, const Batches& b
 }
 
 TEST_CASE("a surface that changes is laid out in places, as if it were laid out whole") {
-  ZoneOptions options;
-  options.border_width = GENERATE(0.0, 0.1, 0.5, 1.0);
-  options.will_change = true;
+  const ZoneOptions options = options_of_change(GENERATE(0.0, 0.1, 0.5, 1.0));
   CAPTURE(options.border_width);
   auto surface = std::make_shared<const Surface>(bumpy_wall());
   Batches followed;
@@ -201,9 +207,7 @@ TEST_CASE("a surface that changes is laid out in places, as if it were laid out 
 }
 
 TEST_CASE("a surface that takes its own place keeps all that is laid out") {
-  ZoneOptions options;
-  options.border_width = 0.1;
-  options.will_change = true;
+  const ZoneOptions options = options_of_change(0.1);
   const auto surface = std::make_shared<const Surface>(bumpy_wall());
   MadeZones made = make_zones(surface, options, nullptr);
   const auto same = std::make_shared<const Surface>(*surface);
@@ -234,9 +238,7 @@ Surface bent_wall(Surface surface) {
 }
 
 TEST_CASE("a surface that differs in the places of its vertices alone is drawn by the batches that are there") {
-  ZoneOptions options;
-  options.border_width = 0.1;
-  options.will_change = true;
+  const ZoneOptions options = options_of_change(0.1);
   const auto wall = std::make_shared<const Surface>(bumpy_wall());
   const MadeZones made = make_zones(wall, options, nullptr);
   REQUIRE(made.mesh);
@@ -287,9 +289,7 @@ TEST_CASE("a surface that differs in the places of its vertices alone is drawn b
 }
 
 TEST_CASE("batches are not moved to a surface of other faces, cells or width, or under joined cells") {
-  ZoneOptions options;
-  options.border_width = 0.1;
-  options.will_change = true;
+  const ZoneOptions options = options_of_change(0.1);
   const auto wall = std::make_shared<const Surface>(bumpy_wall());
   const MadeZones made = make_zones(wall, options, nullptr);
   Surface bent = bent_wall(*wall);
