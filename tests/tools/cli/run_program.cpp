@@ -17,6 +17,11 @@ Run::Run(Arguments arguments, const std::function<void()>& before) {
   argv.push_back(nullptr);
   const std::string out = (streams_ / "out").string();
   const std::string err = (streams_ / "err").string();
+  // Until the child has given up the handlers of this program, a signal would run them in it, and could wait without
+  // end for a lock that fork() holds.
+  sigset_t all, mask;
+  sigfillset(&all);
+  pthread_sigmask(SIG_SETMASK, &all, &mask);
   child_ = fork();
   if (child_ == 0) {
     dup2(open("/dev/null", O_RDONLY | O_CLOEXEC), STDIN_FILENO);
@@ -24,10 +29,12 @@ Run::Run(Arguments arguments, const std::function<void()>& before) {
     dup2(open(err.c_str(), O_WRONLY | O_CREAT | O_CLOEXEC, 0600), STDERR_FILENO);
     // A background job starts with some of them ignored.
     for (const int signal : {SIGINT, SIGHUP, SIGTERM, SIGPIPE}) ::signal(signal, SIG_DFL);
+    pthread_sigmask(SIG_SETMASK, &mask, nullptr);
     if (before) before();
     execv(argv[0], argv.data());
     _exit(127);
   }
+  pthread_sigmask(SIG_SETMASK, &mask, nullptr);
   REQUIRE(child_ > 0);
 }
 
