@@ -52,13 +52,6 @@ double CellCoverage::gain(CellId cell, const Contribution& part, std::span<const
   return do_gain(cell, part, victims, corrections);
 }
 
-void CellCoverage::add_losses(CellId cell, double factor, std::span<double> losses) const {
-  require_cell(cell);
-  cell_coverage_requires(std::isfinite(factor), "factor", factor, "finite");
-  require_list_by_slot(cell, losses.size(), "losses");
-  do_add_losses(cell, factor, losses);
-}
-
 double CellCoverage::value_by_definition(CellId cell, std::span<const ViewSlot> gone,
                                          const Contribution* newcomer) const {
   require_cell(cell);
@@ -79,26 +72,35 @@ double CellCoverage::weight(CellId cell) const {
   return do_weight(cell);
 }
 
-void CellCoverage::insert(CellId cell, ViewSlot slot, const Contribution& part) {
+double CellCoverage::insert(CellId cell, ViewSlot slot, const Contribution& part, std::span<double> losses) {
   require_cell(cell);
   cell_coverage_requires.is_below(slot, std::numeric_limits<std::uint32_t>::max(), "slot",
                                   "the largest number that is no slot");
   check(part);
+  if (!losses.empty()) {
+    require_list_by_slot(cell, losses.size(), "losses");
+    cell_coverage_requires.is_below(slot, losses.size(), "slot", "the size of losses");
+  }
   if (is_member(cell, slot)) {
     throw std::invalid_argument("coverage: slot is " + std::to_string(slot) + ", must not be a member of cell " +
                                 std::to_string(cell) + " yet");
   }
-  do_insert(cell, slot, part);
+  const double before = do_value(cell);
+  do_insert(cell, slot, part, losses);
   slots_of_[cell] = std::max(slots_of_[cell], slot + 1);
+  return do_value(cell) - before;
 }
 
-void CellCoverage::erase(CellId cell, ViewSlot slot) {
+double CellCoverage::erase(CellId cell, ViewSlot slot, std::span<double> losses) {
   require_cell(cell);
+  if (!losses.empty()) require_list_by_slot(cell, losses.size(), "losses");
   if (!is_member(cell, slot)) {
     throw std::invalid_argument("coverage: slot is " + std::to_string(slot) + ", must be a member of cell " +
                                 std::to_string(cell));
   }
-  do_erase(cell, slot);
+  const double before = do_value(cell);
+  do_erase(cell, slot, losses);
+  return do_value(cell) - before;
 }
 
 std::vector<ViewSlot> CellCoverage::references(CellId cell) const {

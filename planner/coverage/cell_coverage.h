@@ -47,6 +47,10 @@ class CellCoverage {
   // Returns a copy, which may be changed while another thread changes this.
   [[nodiscard]] virtual std::unique_ptr<CellCoverage> copy() const = 0;
 
+  // Forgets the references and chooses none from now on, unless values depend on them. insert() and erase() then cost a
+  // small part of what they do with references.
+  virtual void forget_references() {}
+
   // Returns the cell's value, >= 0: in cells, or in pictures where cells count by demand.
   [[nodiscard]] double value(CellId cell) const;
   // Returns by how much one more view would raise the cell's value. `victims`, if not empty, has a 1 for each view slot
@@ -54,8 +58,6 @@ class CellCoverage {
   // `corrections` (one entry a view slot); for other slots too where that costs nothing.
   [[nodiscard]] double gain(CellId cell, const Contribution& part, std::span<const std::uint8_t> victims,
                             std::span<double> corrections) const;
-  // Adds `factor` times what the cell would lose without each member to `losses` (by view slot). The factor is finite.
-  void add_losses(CellId cell, double factor, std::span<double> losses) const;
   // Returns the cell's value without the members in `gone`, and with `newcomer` if it is not null. Computed by the
   // definition, not from what is kept up to date.
   [[nodiscard]] double value_by_definition(CellId cell, std::span<const ViewSlot> gone,
@@ -68,10 +70,11 @@ class CellCoverage {
   // Returns the cell's weight against other cells; 1 where cells count alike.
   [[nodiscard]] double weight(CellId cell) const;
 
-  // The view slot must not be a member yet, and be below 2^32 - 1.
-  void insert(CellId cell, ViewSlot slot, const Contribution& part);
+  // Both return by how much the cell's value rises, and add to `losses`, as change_demand() does, by how much more the
+  // cell loses without each member. The view slot must not be a member yet, and be below 2^32 - 1.
+  double insert(CellId cell, ViewSlot slot, const Contribution& part, std::span<double> losses = {});
   // The view slot must be a member. Another member may take the place of its reference.
-  void erase(CellId cell, ViewSlot slot);
+  double erase(CellId cell, ViewSlot slot, std::span<double> losses = {});
   [[nodiscard]] std::vector<ViewSlot> references(CellId cell) const;
 
   // Returns the order in which the cell would give up references, least loss first, down to as many as are blended.
@@ -98,7 +101,6 @@ class CellCoverage {
   [[nodiscard]] virtual double do_value(CellId cell) const = 0;
   [[nodiscard]] virtual double do_gain(CellId cell, const Contribution& part, std::span<const std::uint8_t> victims,
                                        std::span<double> corrections) const = 0;
-  virtual void do_add_losses(CellId cell, double factor, std::span<double> losses) const = 0;
   [[nodiscard]] virtual double do_value_by_definition(CellId cell, std::span<const ViewSlot> gone,
                                                       const Contribution* newcomer) const = 0;
   virtual double do_change_demand(CellId /*cell*/, const Contribution& /*part*/, DemandChange /*change*/,
@@ -107,8 +109,8 @@ class CellCoverage {
   }
   [[nodiscard]] virtual double do_weight(CellId /*cell*/) const { return 1; }
   [[nodiscard]] virtual bool is_member(CellId cell, ViewSlot slot) const = 0;
-  virtual void do_insert(CellId cell, ViewSlot slot, const Contribution& part) = 0;
-  virtual void do_erase(CellId cell, ViewSlot slot) = 0;
+  virtual void do_insert(CellId cell, ViewSlot slot, const Contribution& part, std::span<double> losses) = 0;
+  virtual void do_erase(CellId cell, ViewSlot slot, std::span<double> losses) = 0;
   [[nodiscard]] virtual std::vector<ViewSlot> do_references(CellId cell) const = 0;
   [[nodiscard]] virtual std::vector<ReferenceLoss> do_reference_losses(CellId /*cell*/) const { return {}; }
   virtual void do_give_up(CellId /*cell*/, std::span<const ViewSlot> /*slots*/) {}

@@ -54,6 +54,7 @@ CoverageLedger::CoverageLedger(const CoverageLedger& other, std::uint32_t more_s
       stored_(other.stored_),
       loss_(other.loss_),
       summed_coverage_(other.summed_coverage_) {
+  coverage_->forget_references();
   parts_.resize(parts_.size() + more_slots);
   stored_.resize(parts_.size(), 0);
   loss_.resize(parts_.size(), 0);
@@ -146,20 +147,26 @@ void CoverageLedger::add(const Changes& changes) {
   }
 }
 
-// Calls change() for each cell of `parts`, and brings scov and the slots' losses up to date.
+// Calls change(), which returns by how much scov rises and adds to the slots' losses, for each of `parts`.
 template <typename Change>
 void CoverageLedger::change_cells(std::span<const CellPart> parts, const Change& change) {
   Changes changes(loss_.size());
   tbb::parallel_for(std::size_t{0}, kParts, [&](std::size_t i) {
-    for (const CellPart& entry : part_of(parts, i)) {
-      changes.rises[i] -= coverage_->value(entry.cell);
-      coverage_->add_losses(entry.cell, -1, changes.losses[i]);
-      change(entry);
-      changes.rises[i] += coverage_->value(entry.cell);
-      coverage_->add_losses(entry.cell, 1, changes.losses[i]);
-    }
+    for (const CellPart& entry : part_of(parts, i)) changes.rises[i] += change(entry, changes.losses[i]);
   });
   add(changes);
+}
+
+void CoverageLedger::insert_parts(ViewSlot slot, std::span<const CellPart> parts) {
+  change_cells(parts, [&](const CellPart& entry, std::span<double> losses) {
+    return coverage_->insert(entry.cell, slot, entry.part, losses);
+  });
+}
+
+void CoverageLedger::erase_parts(ViewSlot slot, std::span<const CellPart> parts) {
+  change_cells(parts, [&](const CellPart& entry, std::span<double> losses) {
+    return coverage_->erase(entry.cell, slot, losses);
+  });
 }
 
 void CoverageLedger::add_demand(std::span<const CellPart> parts) {
@@ -173,13 +180,9 @@ void CoverageLedger::remove_demand(std::span<const CellPart> parts) {
 void CoverageLedger::count_demand(std::span<const CellPart> parts, DemandChange change) {
   require_cells(parts);
   if (!has_demand_) return;
-  Changes changes(loss_.size());
-  tbb::parallel_for(std::size_t{0}, kParts, [&](std::size_t i) {
-    for (const CellPart& entry : part_of(parts, i)) {
-      changes.rises[i] += coverage_->change_demand(entry.cell, entry.part, change, changes.losses[i]);
-    }
+  change_cells(parts, [&](const CellPart& entry, std::span<double> losses) {
+    return coverage_->change_demand(entry.cell, entry.part, change, losses);
   });
-  add(changes);
 }
 
 double CoverageLedger::weight(std::span<const CellPart> parts) const {
@@ -195,7 +198,7 @@ void CoverageLedger::insert(ViewSlot slot, std::vector<CellPart> parts) {
   if (stored_[slot] != 0) throw std::logic_error("coverage: slot " + std::to_string(slot) + " holds a view already");
   stored_[slot] = 1;
   parts_[slot] = std::move(parts);
-  change_cells(parts_[slot], [&](const CellPart& entry) { coverage_->insert(entry.cell, slot, entry.part); });
+  insert_parts(slot, parts_[slot]);
 }
 
 void CoverageLedger::erase(ViewSlot slot) {
@@ -203,7 +206,7 @@ void CoverageLedger::erase(ViewSlot slot) {
   const std::vector<CellPart> parts = std::move(parts_[slot]);
   parts_[slot].clear();
   stored_[slot] = 0;
-  change_cells(parts, [&](const CellPart& entry) { coverage_->erase(entry.cell, slot); });
+  erase_parts(slot, parts);
   loss_[slot] = 0;
 }
 
@@ -214,12 +217,12 @@ void CoverageLedger::require_stored(ViewSlot slot) const {
 
 void CoverageLedger::enter(ViewSlot slot, std::span<const CellPart> parts) {
   count_demand(parts, DemandChange::add);
-  change_cells(parts, [&](const CellPart& entry) { coverage_->insert(entry.cell, slot, entry.part); });
+  insert_parts(slot, parts);
 }
 
 void CoverageLedger::leave(ViewSlot slot, std::span<const CellPart> parts) {
   count_demand(parts, DemandChange::remove);
-  change_cells(parts, [&](const CellPart& entry) { coverage_->erase(entry.cell, slot); });
+  erase_parts(slot, parts);
 }
 
 void CoverageLedger::keep_cells(ViewSlot slot, std::span<const std::uint8_t> kept) {

@@ -28,8 +28,9 @@ class CoverageLedger {
   CoverageLedger(const Surface& surface, std::uint32_t slots, const CoverageOptions& options,
                  double min_reference_gain);
 
-  // Copies a ledger, with room for `more_slots` more views. Time: that of copying the members of all cells, which is
-  // far less than that of inserting them again.
+  // Copies a ledger for decisions, with room for `more_slots` more views: it knows no references unless values depend
+  // on them, so that views come and go in a small part of the time. Time: that of copying the members of all cells,
+  // which is far less than that of inserting them again.
   CoverageLedger(const CoverageLedger& other, std::uint32_t more_slots);
 
   [[nodiscard]] std::size_t cells() const { return cells_; }          // how many the surface has
@@ -92,6 +93,8 @@ class CoverageLedger {
   // Change the members of cells and their demand, and not `parts_`.
   void enter(ViewSlot slot, std::span<const CellPart> parts);
   void leave(ViewSlot slot, std::span<const CellPart> parts);
+  void insert_parts(ViewSlot slot, std::span<const CellPart> parts);  // those of insert() and erase()
+  void erase_parts(ViewSlot slot, std::span<const CellPart> parts);
   template <typename Change>
   void change_cells(std::span<const CellPart> parts, const Change& change);
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "planner/coverage/direction_coverage.h"
 
+#include <Eigen/Core>
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -79,6 +80,7 @@ DirectionCoverage::DirectionCoverage(const Surface& surface, const CoverageOptio
       value_kernel_(options.lambda, options.direction_width),
       reference_kernel_(options.reference_lambda, options.reference_width),
       kept_(options.views_per_direction + 1),
+      direction_share_(1.0 / options.directions),
       above_(novel_directions(options.directions, false)),
       around_(novel_directions(options.directions, true)),
       frames_(cell_frames(surface)),
@@ -118,22 +120,36 @@ DirectionCoverage::Member DirectionCoverage::member(CellId cell, ViewSlot slot, 
   return member;
 }
 
-const std::vector<glm::vec3>& DirectionCoverage::novel(CellId cell) const {
+DirectionCoverage::Directions::Directions(const std::vector<glm::vec3>& directions) {
+  for (const glm::vec3& direction : directions) {
+    x.push_back(direction.x);
+    y.push_back(direction.y);
+    z.push_back(direction.z);
+  }
+}
+
+const DirectionCoverage::Directions& DirectionCoverage::novel(CellId cell) const {
   return frames_[cell].two_sided ? around_ : above_;
 }
 
-float DirectionCoverage::quality(const Member& member, const glm::vec3& novel_direction, const Kernel& kernel) const {
-  // Rounding can make the dot product exceed 1, by much where the width is small.
-  const float k =
-      std::min(1.0f, std::max(0.0f, 1 - (1 - glm::dot(member.direction, novel_direction)) * kernel.cosine_scale));
-  return member.positional * (kernel.lambda * k + 1 - kernel.lambda);
-}
-
+// Computes q(f, s) for each novel direction s.
 void DirectionCoverage::qualities(CellId cell, const Member& member, const Kernel& kernel,
                                   std::vector<float>& quality_by_direction) const {
-  const std::vector<glm::vec3>& directions = novel(cell);
-  quality_by_direction.resize(directions.size());
-  for (std::size_t s = 0; s < directions.size(); ++s) quality_by_direction[s] = quality(member, directions[s], kernel);
+  using Values = Eigen::ArrayXf;
+  const Directions& directions = novel(cell);
+  const auto along = [&](const std::vector<float>& coordinates) {
+    return Eigen::Map<const Values>(coordinates.data(), static_cast<Eigen::Index>(coordinates.size()));
+  };
+  quality_by_direction.resize(directions.x.size());
+  // Several short loops, because one expression of all takes longer to set up than they do.
+  Eigen::Map<Values> values(quality_by_direction.data(), static_cast<Eigen::Index>(quality_by_direction.size()));
+  values = member.direction.x * along(directions.x);
+  values += member.direction.y * along(directions.y);
+  values += member.direction.z * along(directions.z);
+  // Rounding can make the cosine exceed 1, by much where the width is small.
+  values = 1 - (1 - values) * kernel.cosine_scale;
+  values = values.max(0.0f).min(1.0f);
+  values = member.positional * (kernel.lambda * values + 1 - kernel.lambda);
 }
 
 // Returns by how much a view of that quality would raise the value of one direction, whose best views are `best`.
@@ -152,6 +168,7 @@ double DirectionCoverage::rise(std::span<const Served> best, float quality) cons
 
 // Puts a view in its rank among the best; the last one drops out.
 void DirectionCoverage::admit(std::span<Served> best, Served newcomer) const {
+  if (newcomer.quality <= best.back().quality) return;
   for (Served& served : best) {
     if (newcomer.quality > served.quality) std::swap(served, newcomer);
   }
@@ -212,11 +229,12 @@ double DirectionCoverage::gain_over(std::span<const Served> best, std::span<cons
 
 void DirectionCoverage::losses_of(std::span<const Served> best, double factor, std::span<double> losses) const {
   if (losses.empty()) return;  // the caller needs no losses
+  const double share = factor * direction_share_;
   for (std::size_t first = 0; first < best.size(); first += kept_) {
     double loss = 0;  // if the j-th leaves, those behind it move up by one rank
     for (std::size_t j = rank_value_.size(); j-- > 0;) {
       loss += rank_value_[j] * (best[first + j].quality - best[first + j + 1].quality);
-      if (best[first + j].slot != ViewSlot::none) losses[best[first + j].slot] += factor * loss / options_.directions;
+      if (best[first + j].slot != ViewSlot::none) losses[best[first + j].slot] += share * loss;
     }
   }
 }
@@ -226,10 +244,6 @@ double DirectionCoverage::do_gain(CellId cell, const Contribution& part, std::sp
   thread_local std::vector<float> quality;
   qualities(cell, member(cell, ViewSlot::none, part), value_kernel_, quality);
   return gain_over(cells_[cell].best, quality, cells_[cell].weight, corrections);
-}
-
-void DirectionCoverage::do_add_losses(CellId cell, double factor, std::span<double> losses) const {
-  losses_of(cells_[cell].best, factor * cells_[cell].weight, losses);
 }
 
 double DirectionCoverage::do_value_by_definition(CellId cell, std::span<const ViewSlot> gone,
@@ -274,26 +288,30 @@ void DirectionCoverage::follow_demand(CellId cell) {
   state.value = value_of(state.best);
 }
 
-void DirectionCoverage::do_insert(CellId cell, ViewSlot slot, const Contribution& part) {
+void DirectionCoverage::do_insert(CellId cell, ViewSlot slot, const Contribution& part, std::span<double> losses) {
   State& state = cells_[cell];
   state.members.push_back(member(cell, slot, part));
   state.best.resize(options_.directions * kept_);
-  std::vector<float> quality;
+  thread_local std::vector<float> quality;
   qualities(cell, state.members.back(), value_kernel_, quality);
   for (std::size_t s = 0; s < quality.size(); ++s) {
-    admit(std::span(state.best).subspan(s * kept_, kept_), {quality[s], slot});
+    const std::span<Served> served = std::span(state.best).subspan(s * kept_, kept_);
+    if (quality[s] <= served.back().quality) continue;
+    losses_of(served, -state.weight, losses);
+    admit(served, {quality[s], slot});
+    losses_of(served, state.weight, losses);
   }
   state.value = value_of(state.best);
-  reference_newest(cell);
+  if (keeps_references_) reference_newest(cell);
 }
 
-void DirectionCoverage::do_erase(CellId cell, ViewSlot slot) {
+void DirectionCoverage::do_erase(CellId cell, ViewSlot slot, std::span<double> losses) {
   State& state = cells_[cell];
   const auto member = std::find_if(state.members.begin(), state.members.end(),
                                    [&](const Member& candidate) { return candidate.slot == slot; });
   const bool was_referenced = member->referenced;
   state.members.erase(member);
-  serve_without(cell, slot);
+  serve_without(cell, slot, losses);
   state.value = value_of(state.best);
   if (was_referenced) refill(cell);
 }
@@ -301,6 +319,13 @@ void DirectionCoverage::do_erase(CellId cell, ViewSlot slot) {
 bool DirectionCoverage::is_member(CellId cell, ViewSlot slot) const {
   const std::vector<Member>& members = cells_[cell].members;
   return std::any_of(members.begin(), members.end(), [&](const Member& member) { return member.slot == slot; });
+}
+
+void DirectionCoverage::forget_references() {
+  keeps_references_ = false;
+  for (State& state : cells_) {
+    for (Member& member : state.members) member.referenced = member.given_up = false;
+  }
 }
 
 void DirectionCoverage::forget_idle(CellId cell) {
@@ -313,20 +338,34 @@ void DirectionCoverage::forget_idle(CellId cell) {
                 [&](const Member& member) { return !std::binary_search(serving.begin(), serving.end(), member.slot); });
 }
 
-// Finds anew the best views of the directions that the member in `slot`, which has left, was among the best of.
-void DirectionCoverage::serve_without(CellId cell, ViewSlot slot) {
+// Gives each direction that the member in `slot`, which has left, was among the best of, the next best member instead.
+void DirectionCoverage::serve_without(CellId cell, ViewSlot slot, std::span<double> losses) {
   State& state = cells_[cell];
-  if (state.members.empty()) {
-    state.best.clear();
-    return;
-  }
+  const auto served_in = [&](std::size_t s) { return std::span(state.best).subspan(s * kept_, kept_); };
+  thread_local std::vector<std::size_t> left;
+  left.clear();
   for (std::size_t s = 0; s < options_.directions; ++s) {
-    const std::span<Served> served = std::span(state.best).subspan(s * kept_, kept_);
-    if (std::none_of(served.begin(), served.end(), [&](const Served& view) { return view.slot == slot; })) continue;
-    std::fill(served.begin(), served.end(), Served{});
-    for (const Member& member : state.members)
-      admit(served, {quality(member, novel(cell)[s], value_kernel_), member.slot});
+    const std::span<Served> served = served_in(s);
+    const auto gone = std::find_if(served.begin(), served.end(), [&](const Served& view) { return view.slot == slot; });
+    if (gone == served.end()) continue;
+    losses_of(served, -state.weight, losses);
+    std::rotate(gone, gone + 1, served.end());
+    served.back() = {};
+    left.push_back(s);
   }
+  thread_local std::vector<float> quality;
+  for (const Member& member : state.members) {
+    qualities(cell, member, value_kernel_, quality);
+    for (const std::size_t s : left) {
+      const std::span<Served> served = served_in(s);
+      if (quality[s] <= served.back().quality) continue;
+      const bool is_served =
+          std::any_of(served.begin(), served.end() - 1, [&](const Served& view) { return view.slot == member.slot; });
+      if (!is_served) served.back() = {quality[s], member.slot};
+    }
+  }
+  for (const std::size_t s : left) losses_of(served_in(s), state.weight, losses);
+  if (state.members.empty()) state.best.clear();
 }
 
 // Section 3.4: a view takes a free place, or that of the reference whose leaving for it gains most.

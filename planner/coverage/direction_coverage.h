@@ -61,6 +61,8 @@ class DirectionCoverage final : public CellCoverage {
     return std::make_unique<DirectionCoverage>(*this);
   }
 
+  void forget_references() override;
+
   // Forgets the members that are among the best K + 1 of no direction, which changes no value: at most
   // (K + 1) * CoverageOptions::directions are left. What they would be worth at another ideal distance is lost.
   void forget_idle(CellId cell);
@@ -73,14 +75,13 @@ class DirectionCoverage final : public CellCoverage {
   [[nodiscard]] double do_value(CellId cell) const override { return cells_[cell].weight * cells_[cell].value; }
   [[nodiscard]] double do_gain(CellId cell, const Contribution& part, std::span<const std::uint8_t> victims,
                                std::span<double> corrections) const override;
-  void do_add_losses(CellId cell, double factor, std::span<double> losses) const override;
   [[nodiscard]] double do_value_by_definition(CellId cell, std::span<const ViewSlot> gone,
                                               const Contribution* newcomer) const override;
   double do_change_demand(CellId cell, const Contribution& part, DemandChange change,
                           std::span<double> losses) override;
   [[nodiscard]] double do_weight(CellId cell) const override { return cells_[cell].weight; }
-  void do_insert(CellId cell, ViewSlot slot, const Contribution& part) override;
-  void do_erase(CellId cell, ViewSlot slot) override;
+  void do_insert(CellId cell, ViewSlot slot, const Contribution& part, std::span<double> losses) override;
+  void do_erase(CellId cell, ViewSlot slot, std::span<double> losses) override;
   [[nodiscard]] std::vector<ViewSlot> do_references(CellId cell) const override;
   [[nodiscard]] std::vector<ReferenceLoss> do_reference_losses(CellId cell) const override;
   void do_give_up(CellId cell, std::span<const ViewSlot> slots) override;
@@ -113,14 +114,18 @@ class DirectionCoverage final : public CellCoverage {
   [[nodiscard]] float positional(CellId cell, const Member& member) const;
   void follow_demand(CellId cell);
   [[nodiscard]] Member member(CellId cell, ViewSlot slot, const Contribution& part) const;
-  [[nodiscard]] const std::vector<glm::vec3>& novel(CellId cell) const;
+  // Unit vectors, each coordinate apart, so that a processor works on several at once.
+  struct Directions {
+    explicit Directions(const std::vector<glm::vec3>& directions);
+    std::vector<float> x, y, z;
+  };
+  [[nodiscard]] const Directions& novel(CellId cell) const;
   // lambda and direction_width, of the value or of the choice of references.
   struct Kernel {
     Kernel(double lambda_share, double width);
     float lambda;
     float cosine_scale;  // 1 / (1 - cos width)
   };
-  [[nodiscard]] float quality(const Member& member, const glm::vec3& novel_direction, const Kernel& kernel) const;
   void qualities(CellId cell, const Member& member, const Kernel& kernel, std::vector<float>& quality) const;
   // Both work on one novel direction, whose K + 1, or K, best views are `best`.
   [[nodiscard]] double rise(std::span<const Served> best, float quality) const;
@@ -131,7 +136,7 @@ class DirectionCoverage final : public CellCoverage {
   [[nodiscard]] double gain_over(std::span<const Served> best, std::span<const float> quality, double factor,
                                  std::span<double> corrections) const;
   void losses_of(std::span<const Served> best, double factor, std::span<double> losses) const;
-  void serve_without(CellId cell, ViewSlot slot);
+  void serve_without(CellId cell, ViewSlot slot, std::span<double> losses);
   void reference_newest(CellId cell);
   void refill(CellId cell);
   [[nodiscard]] std::vector<float> camera_qualities(CellId cell, const Member& member) const;
@@ -140,11 +145,13 @@ class DirectionCoverage final : public CellCoverage {
 
   CoverageOptions options_;
   double min_reference_gain_;
+  bool keeps_references_ = true;  // false after forget_references()
   Kernel value_kernel_, reference_kernel_;
   std::size_t kept_;               // K + 1
+  double direction_share_;         // of one novel direction in the mean
   std::vector<float> rank_value_;  // v_j
-  std::vector<glm::vec3> above_;   // novel directions of a cell with a normal,
-  std::vector<glm::vec3> around_;  // and of one without
+  Directions above_;               // novel directions of a cell with a normal,
+  Directions around_;              // and of one without
   std::vector<CellFrame> frames_;
   std::vector<State> cells_;
 };

@@ -73,7 +73,8 @@ double PaperCoverage::do_gain(CellId cell, const Contribution& part, std::span<c
   return gain;
 }
 
-void PaperCoverage::do_add_losses(CellId cell, double factor, std::span<double> losses) const {
+void PaperCoverage::add_losses(CellId cell, double factor, std::span<double> losses) const {
+  if (losses.empty()) return;  // the caller needs no losses
   const State& state = cells_[cell];
   for (std::size_t i = 0; i < state.members.size(); ++i) {
     losses[state.slots[i]] += factor * (state.value - set_coverage(without(state.members, i), false, options_));
@@ -91,16 +92,19 @@ double PaperCoverage::do_value_by_definition(CellId cell, std::span<const ViewSl
   return newcomer ? value + admit(std::move(members), *newcomer).gain : value;
 }
 
-void PaperCoverage::do_insert(CellId cell, ViewSlot slot, const Contribution& part) {
+void PaperCoverage::do_insert(CellId cell, ViewSlot slot, const Contribution& part, std::span<double> losses) {
+  add_losses(cell, -1, losses);
   State& state = cells_[cell];
   const Admission admission = admit(state.members, part);
   if (admission.victim) state.members[*admission.victim].referenced = false;
   state.slots.push_back(slot);
   state.members.push_back({part, admission.admitted});
   state.value = set_coverage(state.members, false, options_);
+  add_losses(cell, 1, losses);
 }
 
-void PaperCoverage::do_erase(CellId cell, ViewSlot slot) {
+void PaperCoverage::do_erase(CellId cell, ViewSlot slot, std::span<double> losses) {
+  add_losses(cell, -1, losses);
   State& state = cells_[cell];
   const auto at = std::find(state.slots.begin(), state.slots.end(), slot) - state.slots.begin();
   const bool was_referenced = state.members[static_cast<std::size_t>(at)].referenced;
@@ -108,6 +112,7 @@ void PaperCoverage::do_erase(CellId cell, ViewSlot slot) {
   state.members.erase(state.members.begin() + at);
   if (was_referenced) refill(state);
   state.value = set_coverage(state.members, false, options_);
+  add_losses(cell, 1, losses);
 }
 
 bool PaperCoverage::is_member(CellId cell, ViewSlot slot) const {

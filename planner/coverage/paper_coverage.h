@@ -21,11 +21,10 @@ class PaperCoverage final : public CellCoverage {
   [[nodiscard]] double do_value(CellId cell) const override { return cells_[cell].value; }
   [[nodiscard]] double do_gain(CellId cell, const Contribution& part, std::span<const std::uint8_t> victims,
                                std::span<double> corrections) const override;
-  void do_add_losses(CellId cell, double factor, std::span<double> losses) const override;
   [[nodiscard]] double do_value_by_definition(CellId cell, std::span<const ViewSlot> gone,
                                               const Contribution* newcomer) const override;
-  void do_insert(CellId cell, ViewSlot slot, const Contribution& part) override;
-  void do_erase(CellId cell, ViewSlot slot) override;
+  void do_insert(CellId cell, ViewSlot slot, const Contribution& part, std::span<double> losses) override;
+  void do_erase(CellId cell, ViewSlot slot, std::span<double> losses) override;
   [[nodiscard]] std::vector<ViewSlot> do_references(CellId cell) const override;
   void do_follow(const Surface& surface, std::span<const CellId> previous_cell) override;
   [[nodiscard]] bool is_member(CellId cell, ViewSlot slot) const override;
@@ -43,6 +42,8 @@ class PaperCoverage final : public CellCoverage {
   };
   [[nodiscard]] Admission admit(std::vector<SetMember> members, const Contribution& part) const;
   void refill(State& state) const;
+  // Adds `factor` times what the cell would lose without each member; to none if there are no `losses`.
+  void add_losses(CellId cell, double factor, std::span<double> losses) const;
 
   CoverageOptions options_;
   CoverageOptions selection_;  // the same, with fcov over R(b), unclamped: by which references are selected

@@ -364,7 +364,6 @@ TEST_CASE("every measure of coverage refuses cells, slots, parts and lists that 
   const std::vector<ViewSlot> slots{3};
   CHECK(complaint([&] { (void)coverage->value(beyond); }) == no_cell);
   CHECK(complaint([&] { (void)coverage->gain(beyond, part, {}, {}); }) == no_cell);
-  CHECK(complaint([&] { coverage->add_losses(beyond, 1, four); }) == no_cell);
   CHECK(complaint([&] { (void)coverage->value_by_definition(beyond, {}, nullptr); }) == no_cell);
   CHECK(complaint([&] { coverage->change_demand(beyond, part, DemandChange::add, four); }) == no_cell);
   CHECK(complaint([&] { (void)coverage->weight(beyond); }) == no_cell);
@@ -376,13 +375,15 @@ TEST_CASE("every measure of coverage refuses cells, slots, parts and lists that 
   CHECK(complaint([&] { (void)coverage->reference_service(beyond); }) == no_cell);
 
   const std::string too_short = " is 3, must be more than the largest slot of cell 0, 3";
-  CHECK(complaint([&] { coverage->add_losses(0, 1, three); }) == "coverage: the size of losses" + too_short);
+  CHECK(complaint([&] { coverage->insert(0, 2, part, three); }) == "coverage: the size of losses" + too_short);
+  CHECK(complaint([&] { coverage->erase(0, 3, three); }) == "coverage: the size of losses" + too_short);
+  CHECK(complaint([&] { coverage->insert(1, 3, part, three); }) ==
+        "coverage: slot is 3, must be below the size of losses, 3");
   CHECK(complaint([&] { coverage->change_demand(0, part, DemandChange::add, three); }) ==
         "coverage: the size of losses" + too_short);
   CHECK(complaint([&] { (void)coverage->gain(0, part, few, three); }) == "coverage: the size of victims" + too_short);
   CHECK(complaint([&] { (void)coverage->gain(0, part, victims, three); }) ==
         "coverage: the size of corrections is 3, must be that of victims, 4");
-  CHECK(complaint([&] { coverage->add_losses(0, kNan, four); }) == "coverage: factor is nan, must be finite");
   CHECK(complaint([&] { coverage->insert(0, 3, part); }) == "coverage: slot is 3, must not be a member of cell 0 yet");
   CHECK(complaint([&] { coverage->insert(0, ViewSlot::none, part); }) ==
         "coverage: slot is 4294967295, must be below the largest number that is no slot, 4294967295");

@@ -132,7 +132,7 @@ TEST_CASE("what a cell is worth follows what is asked of it, as worked by hand")
     CHECK(rise == Approx(coverage.value(0) - before).margin(1e-9));
     CHECK(losses[0] == Approx(coverage.value(0)).margin(1e-9));  // of the only view
   };
-  coverage.insert(0, 0, near);
+  coverage.insert(0, 0, near, losses);
   CHECK(coverage.value(0) == 0);  // nobody asked
   CHECK(coverage.gain(0, near, {}, {}) == 0);
   change_demand(near);
@@ -145,9 +145,6 @@ TEST_CASE("what a cell is worth follows what is asked of it, as worked by hand")
   const Contribution middle = seen_from(4, 0.25);
   CHECK(coverage.gain(0, middle, {}, {}) == Approx(0.25 * (1 - std::exp(-0.5))).epsilon(1e-5));
   CHECK(coverage.value_by_definition(0, {}, &middle) == Approx(0.25).epsilon(1e-5));
-  std::vector<double> twice(1, 0);
-  coverage.add_losses(0, 2, twice);
-  CHECK(twice[0] == Approx(2 * 0.25 * std::exp(-0.5)).epsilon(1e-5));
   change_demand(far, DemandChange::remove);
   CHECK(coverage.value(0) == Approx(0.25));
   change_demand(near, DemandChange::remove);

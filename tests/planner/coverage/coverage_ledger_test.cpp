@@ -190,6 +190,30 @@ TEST_CASE("a copy of a ledger says the same, has more slots, and changes alone")
   }
 }
 
+TEST_CASE("a copy of a ledger decides as the ledger does, though it knows no references") {
+  for (const CoverageOptions& options : {options_of(Metric::directions), options_of(Metric::paper), printed()}) {
+    Ledger scene(options);
+    for (int i = 0; i < 30; ++i) step(scene);
+    CoverageLedger copy(scene.ledger, 0);
+    for (int round = 0; round < 60; ++round) {
+      const std::vector<CellPart> parts = scene.offered();
+      copy.add_demand(parts);
+      CHECK(copy.gain(parts) == scene.ledger.gain(parts));
+      CHECK(copy.exchange_gains(parts, scene.stored()) == scene.ledger.exchange_gains(parts, scene.stored()));
+      const ViewSlot slot(static_cast<std::uint32_t>(scene.random() % kSlots));
+      for (CoverageLedger* ledger : {&copy, &scene.ledger}) {
+        ledger->stored(slot) ? ledger->erase(slot) : ledger->insert(slot, parts);
+      }
+      CHECK(copy.summed_coverage() == scene.ledger.summed_coverage());
+      for (ViewSlot other{0}; other < kSlots; ++other) CHECK(copy.loss(other) == scene.ledger.loss(other));
+    }
+    for (CellId cell{0}; cell < copy.cells(); ++cell) {
+      CHECK(copy.references(cell) ==
+            (options.metric == Metric::directions ? std::vector<ViewSlot>{} : scene.ledger.references(cell)));
+    }
+  }
+}
+
 TEST_CASE("the gain of an exchange is what scov rises by when it is made") {
   const CoverageOptions options = options_of(Metric::directions);
   Ledger scene(options);

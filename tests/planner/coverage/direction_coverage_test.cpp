@@ -61,11 +61,12 @@ TEST_CASE("a cell's value equals one worked by hand") {
   CHECK(novel.z == Approx(std::sqrt(0.5)));
   const glm::dvec3 normal(0, 0, 1);
   CHECK(coverage.value(0) == 0);
+  std::vector<double> losses(3, 0);
   // q = 1 * (0.5 * 1 + 0.5) = 1, counted by 2/3 for the best of two.
-  coverage.insert(0, 0, {novel, 1});
+  CHECK(coverage.insert(0, 0, {novel, 1}, losses) == Approx(2.0 / 3));
   CHECK(coverage.value(0) == Approx(2.0 / 3));
   // q = 0.8 * (0.5 * cos 45 + 0.5) = 0.68284, second: 1/3.
-  coverage.insert(0, 1, {normal, 0.8});
+  CHECK(coverage.insert(0, 1, {normal, 0.8}, losses) == Approx(0.68284 / 3).margin(1e-5));
   CHECK(coverage.value(0) == Approx(2.0 / 3 + 0.68284 / 3).margin(1e-5));
   // A third, of q = 0.9, takes the second place: (0.9 - 0.68284) / 3; if the first had left, both would move up.
   std::vector<double> corrections(3, 0);
@@ -75,10 +76,11 @@ TEST_CASE("a cell's value equals one worked by hand") {
   const double without_first = 2 * 0.9 / 3 + 0.68284 / 3 - 2 * 0.68284 / 3;
   CHECK(corrections[0] == Approx(without_first - (0.9 - 0.68284) / 3).margin(1e-5));
   CHECK(corrections[1] == Approx(0.9 / 3 - (0.9 - 0.68284) / 3).margin(1e-5));
-  std::vector<double> losses(3, 0);
-  coverage.add_losses(0, 1, losses);
   CHECK(losses[0] == Approx(2.0 / 3 * (1 - 0.68284) + 0.68284 / 3).margin(1e-5));
   CHECK(losses[1] == Approx(0.68284 / 3).margin(1e-5));
+  CHECK(coverage.erase(0, 0, losses) == Approx(-2.0 / 3 * (1 - 0.68284) - 0.68284 / 3).margin(1e-5));
+  CHECK(losses[0] == Approx(0).margin(1e-9));
+  CHECK(losses[1] == Approx(2 * 0.68284 / 3).margin(1e-5));
 }
 
 TEST_CASE("a cell's value is the same after a rigid motion, and in [0, 1]") {
