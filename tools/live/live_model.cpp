@@ -365,14 +365,18 @@ LiveVerdict LiveModel::State::offer(const std::string& name, const Camera& camer
     return verdict;
   }
   verdict.decision = worth ? LiveDecision::chosen : LiveDecision::not_yet;
-  WaitingView view{name, camera, std::move(photograph), now, offers_++, verdict.news, std::nullopt, 0, {}, {}};
+  WaitingView view{name, camera, std::move(photograph), now, offers_++, verdict.news, {}, {}, {}, {}};
   note_ready(view);
   if (!worth) view.for_depths = status.depths_given + status.pieces_given;
-  if (sight) view.counted = coverage->add_waiting(seen);
+  const std::uint64_t number = view.number;
   waiting.push_back(std::move(view));
   while (const std::optional<std::size_t> place =
              one_too_many(waiting, options.waiting_views, pace.most_decided(options.longest_wait))) {
     give_up(*place, verdict);
+  }
+  // The newest is last. It is counted once it is known to wait.
+  if (sight && !waiting.empty() && waiting.back().number == number) {
+    waiting.back().counted = coverage->add_waiting(seen);
   }
   changed.notify_all();
   return verdict;
@@ -381,7 +385,7 @@ LiveVerdict LiveModel::State::offer(const std::string& name, const Camera& camer
 void LiveModel::State::give_up(std::size_t place, LiveVerdict& verdict) {
   WaitingView view = std::move(waiting[place]);
   waiting.erase(waiting.begin() + static_cast<std::ptrdiff_t>(place));
-  if (sight) coverage->remove_waiting(view.counted);
+  if (view.counted) coverage->remove_waiting(*view.counted);
   ++status.dropped;
   note_passed(view.camera);
   verdict.dropped.push_back(std::move(view.name));
@@ -549,7 +553,7 @@ void LiveModel::State::store_view(Lock& lock, std::size_t place) {
   lock.lock();
   outcome.waits.storing = stopwatch.stop(status.storing);
   pace.note_stored(view, LiveClock::now(), work_until_now());
-  coverage->remove_waiting(view.counted);
+  if (view.counted) coverage->remove_waiting(*view.counted);
   for (ViewSlot slot{0}; slot < options.max_views; ++slot) {
     if (!coverage->follow(planner->store(), slot)) continue;
     lock.unlock();  // between two views, for offers that wait
@@ -718,7 +722,7 @@ void LiveModel::State::take_recounts(const std::map<std::uint64_t, Recount>& rec
       continue;
     }
     view.news = result.news;
-    view.counted = *result.counted;
+    view.counted = result.counted;
     if (result.worth && view.for_depths) {
       view.for_depths.reset();
       note_ready(view);

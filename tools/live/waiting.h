@@ -37,7 +37,7 @@ struct WaitingView {
   std::uint64_t number = 0;                 // of the offer
   double news = 0;                          // see LiveVerdict::news
   std::optional<std::uint64_t> for_depths;  // decided once the surface has this many of the given depth frames
-  std::uint32_t counted = 0;                // see LiveCoverage::add_waiting()
+  std::optional<std::uint32_t> counted;     // see LiveCoverage::add_waiting(); none without a surface
   LiveClock::time_point ready;              // when it was decided; of a view that is not decided, when it came
   ViewsWork work_before;                    // what the thread of the views had done then
 };
