@@ -15,12 +15,16 @@ namespace {
 using nlohmann::json;
 using Clock = std::chrono::steady_clock;
 
-// A view that was written, and its files: the objects of the tileset's "images".
+// A view as it was written last, and its files: the objects of the tileset's "images".
 struct WrittenView {
-  std::shared_ptr<const StoredView> view;
+  std::shared_ptr<const StoredView> view;  // null: none was
   json photograph, mask, thumbnail;
+  std::uint64_t version = 0;  // that it was written for
 
-  [[nodiscard]] bool is_known() const { return !photograph.is_null(); }
+  // Returns whether the files have this view's photograph.
+  [[nodiscard]] bool shows(const StoredView& other) const {
+    return view && (view->photograph == other.photograph || *view->photograph == *other.photograph);
+  }
 };
 
 }  // namespace
@@ -29,6 +33,7 @@ struct LiveForm::State {
   std::shared_ptr<const Surface> surface;
   std::shared_ptr<const WrittenSurface> written;
   std::vector<WrittenView> views;  // one per view slot
+  std::uint64_t versions = 0;
 };
 
 namespace {
@@ -40,23 +45,25 @@ bool shows_the_same(const ViewMask& a, const ViewMask& b) {
 class VersionWriter {
  public:
   VersionWriter(const Snapshot& snapshot, const ImageCoding& photographs, const PutFormFile& put,
-                const CancelCheck& cancel_check, std::vector<WrittenView>& views)
-      : snapshot_(snapshot), photographs_(photographs), put_(put), cancel_check_(cancel_check), views_(views) {}
+                const CancelCheck& cancel_check, std::vector<WrittenView>& views, std::uint64_t number)
+      : snapshot_(snapshot),
+        photographs_(photographs),
+        put_(put),
+        cancel_check_(cancel_check),
+        views_(views),
+        number_(number) {}
 
-  // Writes the views that changed, as long as there is time.
-  void write_views(std::chrono::seconds time) {
+  // Writes the views that changed, as long as there is time, and one at least.
+  void write_views(std::chrono::milliseconds time) {
     const auto until = Clock::now() + time;
-    bool has_more = false;  // than the version before
-    views_.resize(snapshot_.views.size());
-    for (ViewSlot slot{0}; slot < views_.size(); ++slot) {
+    bool is_first = true;
+    for (const ViewSlot slot : changed_views()) {
       step();
-      const bool changed = snapshot_.views[slot] != views_[slot].view;
-      if (changed && snapshot_.views[slot] && has_more && Clock::now() > until) {
+      if (!std::exchange(is_first, false) && Clock::now() > until) {
         version_.complete = false;
-        continue;
+        return;
       }
-      has_more = has_more || (changed && snapshot_.views[slot]);
-      if (changed) write_view(slot);
+      write_view(slot);
     }
   }
 
@@ -70,12 +77,32 @@ class VersionWriter {
 
  private:
   void step() const { check_cancelled(cancel_check_); }
-  // Returns whether the view is shown: it is there, and was written in some version.
-  [[nodiscard]] bool is_shown(std::size_t slot) const { return snapshot_.views[slot] && views_[slot].is_known(); }
+  // Returns whether the view is shown: it is there, and its photograph was written for some version.
+  [[nodiscard]] bool is_shown(std::size_t slot) const {
+    return snapshot_.views[slot] && views_[slot].shows(*snapshot_.views[slot]);
+  }
+
+  // Returns the views to write: first those with a photograph that no version has, then those that were written longest
+  // ago, so that each has its turn while all change all the time.
+  [[nodiscard]] std::vector<ViewSlot> changed_views() {
+    std::vector<std::pair<std::uint64_t, ViewSlot>> by_turn;
+    views_.resize(snapshot_.views.size());
+    for (ViewSlot slot{0}; slot < views_.size(); ++slot) {
+      if (!snapshot_.views[slot]) {
+        views_[slot] = {};
+      } else if (snapshot_.views[slot] != views_[slot].view) {
+        by_turn.emplace_back(is_shown(slot) ? views_[slot].version : 0, slot);
+      }
+    }
+    std::sort(by_turn.begin(), by_turn.end());
+    std::vector<ViewSlot> slots;
+    for (const auto& [turn, slot] : by_turn) slots.push_back(slot);
+    return slots;
+  }
 
   [[nodiscard]] json put_image(ModelImageKind kind, FormPart part, ViewSlot slot, const char* suffix,
                                const std::string& ending, const ImageCoding& coding) const {
-    const ModelImage image{kind, slot, {numbered_image(slot) + suffix, ending}, coding};
+    const ModelImage image{kind, slot, {numbered_image(slot) + suffix, ending}, coding, PngEffort::least};
     const std::vector<std::uint8_t> file = encoded(image, snapshot_);
     const std::string name = put_({image.name.stem, ending, mime_type(coding.format), part, file});
     return {{"uri", name}, {"byteLength", file.size()}};
@@ -83,17 +110,17 @@ class VersionWriter {
 
   void write_view(ViewSlot slot) {
     WrittenView& known = views_[slot];
+    const StoredView& now = *snapshot_.views[slot];
+    const bool same = known.shows(now);
     const std::shared_ptr<const StoredView> before = std::exchange(known.view, snapshot_.views[slot]);
-    if (!known.view) return;
-    const StoredView& now = *known.view;
-    const bool same = before && (before->photograph == now.photograph || *before->photograph == *now.photograph);
-    if (!same || !known.is_known()) {
+    known.version = number_;
+    if (!same) {
       const ImageCoding small{ImageFormat::jpeg, 80};
       known.photograph = put_image(ModelImageKind::photograph, FormPart::photograph, slot, "",
                                    ending(photographs_.format), photographs_);
       known.thumbnail = put_image(ModelImageKind::thumbnail, FormPart::thumbnail, slot, "-small", ".jpg", small);
     }
-    if (!same || known.mask.is_null() || !shows_the_same(*before->mask, *now.mask)) {
+    if (!same || !shows_the_same(*before->mask, *now.mask)) {
       known.mask = put_image(ModelImageKind::mask, FormPart::mask, slot, "-mask", ".png", {});
     }
   }
@@ -170,6 +197,7 @@ class VersionWriter {
   const PutFormFile& put_;
   const CancelCheck& cancel_check_;
   std::vector<WrittenView>& views_;
+  std::uint64_t number_;  // of the version
   FormVersion version_;
 };
 
@@ -180,7 +208,7 @@ LiveForm::LiveForm(const ImageCoding& photographs, SharesOf shares_of)
 
 LiveForm::~LiveForm() = default;
 
-FormVersion LiveForm::write(const Snapshot& snapshot, std::chrono::seconds time_for_views, const PutFormFile& put,
+FormVersion LiveForm::write(const Snapshot& snapshot, std::chrono::milliseconds time_for_views, const PutFormFile& put,
                             const CancelCheck& cancel_check) {
   check(snapshot);
   if (std::none_of(snapshot.views.begin(), snapshot.views.end(), [](const auto& view) { return view != nullptr; })) {
@@ -197,7 +225,7 @@ FormVersion LiveForm::write(const Snapshot& snapshot, std::chrono::seconds time_
         std::make_shared<const WrittenSurface>(written_surface(*snapshot.surface, &shares, nullptr, std::nullopt));
   }
   check_cancelled(cancel_check);
-  VersionWriter writer(snapshot, photographs_, put, cancel_check, next->views);
+  VersionWriter writer(snapshot, photographs_, put, cancel_check, next->views, ++next->versions);
   writer.write_views(time_for_views);
   FormVersion version = writer.finish(*next->written);
   state_ = std::move(next);

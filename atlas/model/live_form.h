@@ -32,11 +32,12 @@ class LiveForm {
 
   // Passes the version's files to `put`, those that are as they were too if making them takes no time. The surface is a
   // .gltf whose mesh, colours and tables are files of their own. Views have the numbers of their slots: null where a
-  // slot is free, or a view has not been written yet. Views that changed are written for `time_for_views`, at least one
-  // more than the version before had. Throws std::invalid_argument unless the snapshot passes check() and holds a view,
+  // slot is free, or a photograph has not been written yet. Views that changed are written for `time_for_views`, at
+  // least one of them: first those with a photograph that no version has, then those that were written longest ago.
+  // Throws std::invalid_argument unless the snapshot passes check() and holds a view,
   // and what `cancel_check` throws, which is called many times; the next version is then made as if this one had not
   // been.
-  FormVersion write(const Snapshot& snapshot, std::chrono::seconds time_for_views, const PutFormFile& put,
+  FormVersion write(const Snapshot& snapshot, std::chrono::milliseconds time_for_views, const PutFormFile& put,
                     const CancelCheck& cancel_check = {});
 
  private:

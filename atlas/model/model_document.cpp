@@ -307,7 +307,7 @@ json view_properties(const StoredView& view, const glm::dvec3& gain, float befor
 json views_with_images(const Snapshot& snapshot, float before_far, const std::vector<ModelImage>& images) {
   json views = json::array();
   for (std::size_t image = 0; image < images.size(); ++image) {
-    const auto& [kind, slot, name, coding] = images[image];
+    const auto& [kind, slot, name, coding, effort] = images[image];
     if (kind == ModelImageKind::poster) continue;
     if (kind == ModelImageKind::photograph) {
       views.push_back(view_properties(*snapshot.views[slot], snapshot.gains[slot], before_far));

@@ -87,12 +87,12 @@ ModelFileName texture_name(const ImageCoding& coding) {
 
 namespace {
 
-std::vector<std::uint8_t> mask_file(const StoredView& view) {
+std::vector<std::uint8_t> mask_file(const StoredView& view, PngEffort effort) {
   std::vector<std::uint8_t> grey(view.mask->validity.size());
   for (std::size_t pixel = 0; pixel < grey.size(); ++pixel) {
     grey[pixel] = grey_of_mask(view.mask->validity[pixel], view.mask->at_rim(pixel));
   }
-  return grey_png(grey, view.camera.width, view.camera.height);
+  return grey_png(grey, view.camera.width, view.camera.height, effort);
 }
 
 std::vector<std::uint8_t> small_file(const Snapshot& snapshot, ViewSlot slot, std::uint32_t longest_px,
@@ -119,7 +119,7 @@ std::vector<std::uint8_t> encoded(const ModelImage& image, const Snapshot& snaps
     case ModelImageKind::trust_mask:
       return encode_image(grey_image(view.camera, view.mask->trust.all()), image.coding);
     case ModelImageKind::mask:
-      return mask_file(view);
+      return mask_file(view, image.effort);
     case ModelImageKind::thumbnail:
       return small_file(snapshot, image.slot, kThumbnailPx, image.coding);
     case ModelImageKind::poster:

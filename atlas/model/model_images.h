@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "atlas/atlas.h"
+#include "atlas/images/files/grey_png.h"
 #include "atlas/images/photograph.h"
 
 namespace lumatlas {
@@ -31,7 +32,8 @@ struct ModelImage {
   ModelImageKind kind;
   ViewSlot slot;  // the view's slot in the snapshot
   ModelFileName name;
-  ImageCoding coding;  // masks are PNG, small pictures JPEG
+  ImageCoding coding;                  // masks are PNG, small pictures JPEG
+  PngEffort effort = PngEffort::most;  // for a mask
 };
 
 // Returns the images of all views of a snapshot in their order: of each view its photograph, then its other images;

@@ -281,7 +281,9 @@ void run(LiveFlags flags) {
   callbacks.told = told_on_standard_error(flags.quiet);
   show_finish(flags, end_request, callbacks);
   if (shown) {
-    callbacks.watch = [&shown](LiveModel& live) { return shown->follow([&live] { return live.snapshot(); }); };
+    callbacks.watch = [&shown](LiveModel& live) {
+      return shown->follow([&live] { return live.snapshot(); }, ShowingShare::much);
+    };
   }
   callbacks.warned = [](const std::string& sentence) { std::cerr << "warning: " << sentence << '\n'; };
   if (socket) std::cerr << "listening for frames at 127.0.0.1:" << socket->port() << '\n';

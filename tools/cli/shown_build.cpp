@@ -34,11 +34,11 @@ ShownBuild::~ShownBuild() {
 
 AtlasWatch ShownBuild::watch() {
   return [this](const Atlas& atlas) {
-    return follow([&atlas] { return std::make_shared<const Snapshot>(atlas.snapshot()); });
+    return follow([&atlas] { return std::make_shared<const Snapshot>(atlas.snapshot()); }, ShowingShare::little);
   };
 }
 
-std::shared_ptr<void> ShownBuild::follow(std::function<std::shared_ptr<const Snapshot>()> now) {
+std::shared_ptr<void> ShownBuild::follow(std::function<std::shared_ptr<const Snapshot>()> now, ShowingShare share) {
   return show_while_it_changes(
       site_,
       [this, now = std::move(now)]() -> std::shared_ptr<const Snapshot> {
@@ -47,6 +47,7 @@ std::shared_ptr<void> ShownBuild::follow(std::function<std::shared_ptr<const Sna
         snapshot_ = next;
         return next;
       },
+      share,
       [this](const std::string& why) {
         if (!options_.quiet) std::cerr << "warning: the page is not up to date: " << why << '\n';
       });

@@ -35,7 +35,7 @@ class ShownBuild {
   // Returns what shows an atlas while it is built.
   [[nodiscard]] AtlasWatch watch();
   // Shows what `now` returns, unless it is null, until the returned object is destroyed.
-  [[nodiscard]] std::shared_ptr<void> follow(std::function<std::shared_ptr<const Snapshot>()> now);
+  [[nodiscard]] std::shared_ptr<void> follow(std::function<std::shared_ptr<const Snapshot>()> now, ShowingShare share);
   // Throws Interrupted.
   void show_until_interrupted(const Snapshot& snapshot);
 

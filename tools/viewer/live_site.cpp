@@ -34,8 +34,11 @@ class Stopped : public std::exception {};
 // Shows what its source returns, on a thread of its own.
 class LivePublisher {
  public:
-  LivePublisher(LiveSite& site, SnapshotSource source, std::function<void(const std::string&)> failed)
-      : site_(site), source_(std::move(source)), failed_(std::move(failed)), thread_([this] { run(); }) {}
+  LivePublisher(LiveSite& site, SnapshotSource source, ShowingShare share,
+                std::function<void(const std::string&)> failed)
+      : site_(site), source_(std::move(source)), share_(share), failed_(std::move(failed)), thread_([this] {
+          run();
+        }) {}
   ~LivePublisher() {
     {
       const std::lock_guard lock(mutex_);
@@ -49,16 +52,17 @@ class LivePublisher {
 
  private:
   void run() {
-    constexpr Clock::duration kLeast = std::chrono::seconds(1);
-    constexpr int kRestPerWork = 4;
+    const bool is_much = share_ == ShowingShare::much;
+    const Clock::duration least = is_much ? std::chrono::milliseconds(250) : std::chrono::seconds(1);
+    const int rest_per_work = is_much ? 1 : 4;
     Clock::duration rest{0};
     while (rested(rest)) {
       const Clock::time_point start = Clock::now();
-      rest = kLeast;
+      rest = least;
       try {
         if (!show_next()) continue;
         // The first version's time is the mesh's, which stays.
-        if (shown_++ > 0) rest = std::max(kLeast, kRestPerWork * (Clock::now() - start));
+        if (shown_++ > 0) rest = std::max(least, rest_per_work * (Clock::now() - start));
       } catch (const Stopped&) {
         return;
       } catch (const std::exception& error) {
@@ -86,6 +90,7 @@ class LivePublisher {
 
   LiveSite& site_;
   SnapshotSource source_;
+  ShowingShare share_;
   std::function<void(const std::string&)> failed_;
   std::mutex mutex_;
   std::condition_variable stopped_;
@@ -97,8 +102,8 @@ class LivePublisher {
 
 }  // namespace
 
-LiveSite::LiveSite(SiteServer& server, const std::string& title, std::chrono::seconds time_for_views)
-    : server_(server), time_for_views_(time_for_views), form_(SiteOptions{}.photographs, [](const Surface& surface) {
+LiveSite::LiveSite(SiteServer& server, const std::string& title, const LiveSiteTimes& times)
+    : server_(server), times_(times), form_(SiteOptions{}.photographs, [](const Surface& surface) {
         return share_cells(surface, BlendOptions{}.border_width * surface.cells.size);
       }) {
   for (SiteFile& file : page_files(title, {.live = true})) server_.add(std::move(file));
@@ -117,23 +122,34 @@ bool LiveSite::update(const Snapshot& snapshot, bool last, const CancelCheck& ca
       server_.add({name, file.type, {file.bytes.begin(), file.bytes.end()}, {}});
       return name;
     };
-    const std::chrono::seconds all_the_time = std::chrono::hours(24);
-    FormVersion version = form_.write(snapshot, last ? all_the_time : time_for_views_, put, cancel_check);
+    const std::chrono::milliseconds all_the_time = std::chrono::hours(24);
+    FormVersion version = form_.write(snapshot, last ? all_the_time : times_.for_views, put, cancel_check);
     complete = version.complete;
     server_.add({kTilesetName, "application/json", {version.tileset.begin(), version.tileset.end()}, {}});
     ++version_;
-    // A page may still be fetching what the version before had.
-    std::sort(version.names.begin(), version.names.end());
-    for (const std::string& name : older_names_) {
-      const auto has = [&](const std::vector<std::string>& of) {
-        return std::binary_search(of.begin(), of.end(), name);
-      };
-      if (!has(version.names) && !has(names_)) server_.remove(name);
-    }
-    older_names_ = std::exchange(names_, std::move(version.names));
+    replace_names(std::move(version.names));
   }
   say_version(last);
   return complete;
+}
+
+// Removes files that no version needs any more. A page may still be fetching those of versions before.
+void LiveSite::replace_names(std::vector<std::string> names) {
+  std::sort(names.begin(), names.end());
+  const Clock::time_point now = Clock::now();
+  replaced_.push_back({now, std::exchange(names_, std::move(names))});
+  const auto is_needed = [&](const std::string& name) {
+    const auto has = [&](const std::vector<std::string>& of) { return std::binary_search(of.begin(), of.end(), name); };
+    return has(names_) ||
+           std::any_of(replaced_.begin(), replaced_.end(), [&](const Replaced& r) { return has(r.names); });
+  };
+  while (replaced_.size() > 1 && replaced_.front().at + times_.kept <= now) {
+    const std::vector<std::string> old = std::move(replaced_.front().names);
+    replaced_.pop_front();
+    for (const std::string& name : old) {
+      if (!is_needed(name)) server_.remove(name);
+    }
+  }
 }
 
 bool look_alike(const Snapshot& a, const Snapshot& b) {
@@ -143,9 +159,9 @@ bool look_alike(const Snapshot& a, const Snapshot& b) {
          a.tiles.first_tile == b.tiles.first_tile && a.tiles.places == b.tiles.places;
 }
 
-std::shared_ptr<void> show_while_it_changes(LiveSite& site, SnapshotSource source,
+std::shared_ptr<void> show_while_it_changes(LiveSite& site, SnapshotSource source, ShowingShare share,
                                             std::function<void(const std::string&)> failed) {
-  return std::make_shared<LivePublisher>(site, std::move(source), std::move(failed));
+  return std::make_shared<LivePublisher>(site, std::move(source), share, std::move(failed));
 }
 
 }  // namespace lumatlas

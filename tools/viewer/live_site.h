@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// A model that changes, in the browser: the page asks some times a minute which version there is, and fetches what
+// A model that changes, in the browser: the page asks some times a second which version there is, and fetches what
 // changed since its own.
 #pragma once
 
 #include <chrono>
+#include <deque>
 #include <functional>
 #include <memory>
 #include <string>
@@ -17,12 +18,19 @@
 
 namespace lumatlas {
 
+struct LiveSiteTimes {
+  // A version appears after this time with the views that were written by then, at least one of those that changed, new
+  // photographs first. The others come in the next version.
+  std::chrono::milliseconds for_views = std::chrono::seconds(1);
+  // The files of a version stay for this time after the next one appears, for pages that still fetch them.
+  std::chrono::milliseconds kept = std::chrono::seconds(10);
+};
+
 class LiveSite {
  public:
   // Puts the page on the server, which must outlive this and may be serving; the page waits for a model. Photographs
-  // are coded for speed. `time_for_views`: a version appears after this time with the photographs that it has, at least
-  // one more than the version before. The others come in the next version.
-  LiveSite(SiteServer& server, const std::string& title, std::chrono::seconds time_for_views = std::chrono::seconds(3));
+  // are coded for speed.
+  LiveSite(SiteServer& server, const std::string& title, const LiveSiteTimes& times = {});
 
   // Shows the model as it is now. `last`: nothing will follow. A snapshot without a view changes nothing else. Returns
   // false if there was no time for all of its photographs; another call with the same model goes on with them. Throws
@@ -32,12 +40,19 @@ class LiveSite {
 
  private:
   void say_version(bool last);
+  void replace_names(std::vector<std::string> names);
 
   SiteServer& server_;
-  std::chrono::seconds time_for_views_;
+  LiveSiteTimes times_;
   LiveForm form_;
-  std::uint64_t version_ = 0;                     // 0: nothing was shown yet
-  std::vector<std::string> names_, older_names_;  // files of the last version, and of the one before
+  std::uint64_t version_ = 0;  // 0: nothing was shown yet
+  // The files of a version, and when the next one appeared.
+  struct Replaced {
+    std::chrono::steady_clock::time_point at;
+    std::vector<std::string> names;
+  };
+  std::vector<std::string> names_;  // files of the last version, sorted
+  std::deque<Replaced> replaced_;   // versions before that are kept, the oldest first; the one before is
 };
 
 // Returns whether two snapshots of one atlas show the same: the same surface and views, by their addresses, and equal
@@ -48,10 +63,14 @@ class LiveSite {
 // another one that holds a view takes its place.
 using SnapshotSource = std::function<std::shared_ptr<const Snapshot>()>;
 
+// The share of the time that goes into showing a model: `little`, a fifth, where others wait for the model, `much`,
+// half, where they watch it.
+enum class ShowingShare { little, much };
+
 // Asks `source` for what changed and shows it, on a thread of its own, until the returned object is destroyed, which
-// may wait for one step of the work. At most a fifth of the time goes into it. `failed` is called on that thread with
+// may wait for one step of the work. At most a share of the time goes into it. `failed` is called on that thread with
 // the reason why a version is not shown.
-[[nodiscard]] std::shared_ptr<void> show_while_it_changes(LiveSite& site, SnapshotSource source,
+[[nodiscard]] std::shared_ptr<void> show_while_it_changes(LiveSite& site, SnapshotSource source, ShowingShare share,
                                                           std::function<void(const std::string&)> failed);
 
 }  // namespace lumatlas

@@ -37,10 +37,11 @@ std::vector<std::uint8_t> filtered_rows(std::span<const std::uint8_t> values, st
   return rows;
 }
 
-std::vector<std::uint8_t> compressed(const std::vector<std::uint8_t>& rows) {
+std::vector<std::uint8_t> compressed(const std::vector<std::uint8_t>& rows, PngEffort effort) {
   std::vector<std::uint8_t> bytes(compressBound(rows.size()));
   uLongf size = bytes.size();
-  if (compress2(bytes.data(), &size, rows.data(), rows.size(), Z_BEST_COMPRESSION) != Z_OK) {
+  const int level = effort == PngEffort::least ? Z_BEST_SPEED : Z_BEST_COMPRESSION;
+  if (compress2(bytes.data(), &size, rows.data(), rows.size(), level) != Z_OK) {
     throw std::runtime_error("zlib cannot deflate " + std::to_string(rows.size()) + " bytes");
   }
   bytes.resize(size);
@@ -49,7 +50,8 @@ std::vector<std::uint8_t> compressed(const std::vector<std::uint8_t>& rows) {
 
 }  // namespace
 
-std::vector<std::uint8_t> grey_png(std::span<const std::uint8_t> values, std::uint32_t width, std::uint32_t height) {
+std::vector<std::uint8_t> grey_png(std::span<const std::uint8_t> values, std::uint32_t width, std::uint32_t height,
+                                   PngEffort effort) {
   if (values.empty() || values.size() != std::size_t{width} * height) {
     throw std::invalid_argument("grey PNG: has " + std::to_string(values.size()) + " values, must have " +
                                 std::to_string(width) + " x " + std::to_string(height));
@@ -60,7 +62,7 @@ std::vector<std::uint8_t> grey_png(std::span<const std::uint8_t> values, std::ui
   header.insert(header.end(), {8, 0, 0, 0, 0});  // bits; grey; deflate; filters by row; not interlaced
   std::vector<std::uint8_t> file{0x89, 'P', 'N', 'G', '\r', '\n', 0x1A, '\n'};
   add_chunk(file, "IHDR", header);
-  add_chunk(file, "IDAT", compressed(filtered_rows(values, width)));
+  add_chunk(file, "IDAT", compressed(filtered_rows(values, width), effort));
   add_chunk(file, "IEND", {});
   return file;
 }

@@ -27,8 +27,21 @@ namespace {
 
 using nlohmann::json;
 
+// One view a version; files go with the version after the next.
+constexpr LiveSiteTimes kOneView{std::chrono::seconds(-1), {}};
+
 Snapshot room(std::size_t views) {
   return room_snapshot(views, {}, {16, 2, 0});
+}
+
+// The snapshot without the view in a slot.
+Snapshot without(Snapshot snapshot, ViewSlot slot) {
+  for (std::size_t tile = snapshot.tiles.first_tile[slot]; tile < snapshot.tiles.first_tile[slot + 1]; ++tile) {
+    snapshot.tiles.places[tile] = TilePlace::none;
+  }
+  leave_out_views_without_tiles(snapshot);
+  REQUIRE_FALSE(snapshot.views[slot]);
+  return snapshot;
 }
 
 // A server while this lives, and what it answers.
@@ -117,7 +130,7 @@ TEST_CASE("a page opens at a photograph that was held level") {
 
 TEST_CASE("what did not change keeps its name, and what no version needs any more goes") {
   RunningLive running;
-  LiveSite site(running.server, "room");
+  LiveSite site(running.server, "room", {.kept = {}});
   site.update(room(3), false);
   const Read first(running);
   Snapshot moved = room(5);  // made anew: only what follows differs
@@ -150,6 +163,73 @@ TEST_CASE("what did not change keeps its name, and what no version needs any mor
   for (const std::string& file : first.files()) {
     CHECK(running.status(file) == (kept.contains(file) || before.contains(file) ? 200 : 404));
   }
+}
+
+TEST_CASE("files of a version stay for a while after it is replaced, as a slow page needs") {
+  RunningLive running;
+  LiveSite site(running.server, "room");
+  std::set<std::string> all;
+  for (std::size_t views = 1; views <= 5; ++views) {
+    site.update(room(views), false);
+    all.merge(Read(running).files());
+  }
+  CHECK(all.size() > Read(running).files().size());
+  for (const std::string& file : all) CHECK(running.status(file) == 200);
+}
+
+TEST_CASE("new photographs come first, and other views that change have their turns") {
+  RunningLive running;
+  LiveSite site(running.server, "room", kOneView);
+  Snapshot snapshot = room(4);
+  for (int version = 0; version < 3; ++version) site.update(without(snapshot, ViewSlot{3}), false);
+  const auto change_masks = [&](std::uint8_t value) {
+    for (ViewSlot slot{0}; slot < 3; ++slot) {
+      auto changed = std::make_shared<StoredView>(*snapshot.views[slot]);
+      ViewMask& mask = own_mask(*changed);
+      mask.validity = std::vector<std::uint8_t>(mask.validity.size(), value);
+      snapshot.views[slot] = std::move(changed);
+    }
+  };
+  const Read before(running);
+  change_masks(100);
+  CHECK_FALSE(site.update(snapshot, false));
+  CHECK(Read(running).views()[3].is_object());
+  CHECK(Read(running).image(0, "mask") == before.image(0, "mask"));
+  // All masks change with each version, and none is left behind.
+  for (const int value : {110, 120, 130}) {
+    change_masks(static_cast<std::uint8_t>(value));
+    CHECK_FALSE(site.update(snapshot, false));
+  }
+  for (std::size_t view = 0; view < 3; ++view) {
+    CHECK(Read(running).image(view, "mask") != before.image(view, "mask"));
+    CHECK(Read(running).image(view) == before.image(view));
+  }
+}
+
+TEST_CASE("a page is never told a view with the photograph of the view that it replaced") {
+  RunningLive running;
+  LiveSite site(running.server, "room", kOneView);
+  Snapshot snapshot = room(3);
+  for (int version = 0; version < 3; ++version) site.update(snapshot, false);
+  const Read before(running);
+  const auto replace = [&](ViewSlot slot) {
+    auto other = std::make_shared<StoredView>(*snapshot.views[slot]);
+    change_colors(*other, [](std::uint8_t value) { return value ^ 0x40; });
+    snapshot.views[slot] = std::move(other);
+  };
+  replace(ViewSlot{0});
+  replace(ViewSlot{1});
+  CHECK_FALSE(site.update(without(snapshot, ViewSlot{2}), false));
+  const Read now(running);
+  CHECK(now.image(0) != before.image(0));
+  CHECK(now.views()[1].is_null());
+  CHECK(now.views()[2].is_null());
+  // A slot that was free meanwhile has the new view's photograph or none.
+  replace(ViewSlot{2});
+  CHECK_FALSE(site.update(snapshot, false));
+  CHECK(site.update(snapshot, false));
+  const Read last(running);
+  for (std::size_t view = 0; view < 3; ++view) CHECK(last.image(view) != before.image(view));
 }
 
 TEST_CASE("of views that there was no time for, a page is told no tiles") {
@@ -250,7 +330,7 @@ std::size_t shown_views(const RunningLive& running) {
 
 TEST_CASE("a model of which a page lacks some photographs is kept until it has them, whatever comes after it") {
   RunningLive running;
-  LiveSite site(running.server, "room", std::chrono::seconds(-1));  // one more photograph a version
+  LiveSite site(running.server, "room", kOneView);
   auto model = std::make_shared<const Snapshot>(room(3));
   const std::weak_ptr<const Snapshot> kept = model;
   Snapshot empty = room(1);
@@ -263,7 +343,7 @@ TEST_CASE("a model of which a page lacks some photographs is kept until it has t
         if (asked == 1) return std::exchange(model, nullptr);
         return asked == 2 ? std::make_shared<const Snapshot>(empty) : nullptr;
       },
-      [&](const std::string& why) { FAIL_CHECK(why); });
+      ShowingShare::little, [&](const std::string& why) { FAIL_CHECK(why); });
   std::size_t most_shown = 0;
   for (int i = 0; i < 1500 && most_shown < 3; ++i) {
     std::this_thread::sleep_for(std::chrono::milliseconds(20));
@@ -291,6 +371,7 @@ TEST_CASE("what changes is shown by a thread, and what it cannot show is said") 
           if (++asked == 1) throw std::runtime_error("a bad model");
           return asked == 2 ? std::make_shared<const Snapshot>(good) : nullptr;
         },
+        ShowingShare::much,
         [&](const std::string& why) {
           CHECK(why == "a bad model");
           ++told;
