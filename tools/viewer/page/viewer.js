@@ -33,7 +33,8 @@ import {ENGLISH, TextError} from './texts/texts.js';
 
 export const MEBIBYTE = 1 << 20;
 const LEAST_FOR_PHOTOGRAPHS = MEBIBYTE / 8;  // share of each mebibyte
-const ASK_AGAIN_MS = 1000;  // how often to ask for a new version of a model that changes
+const SLOW_VERSION_MS = 1000;
+const ASK_AGAIN_MS = 300;  // how often to ask for a new version of a model that changes
 const BACK_AGAIN_MS = 50;   // how often to look whether the GPU is back
 const STILL_AFTER_MS = 250;
 const PRESENT_MS = 250;     // after which new parts of a still frame are shown
@@ -80,6 +81,7 @@ export class Viewer {
     this.losses = new Losses(this.texts, (line) => this.missing(line));
     this.memory = options.memory;
     this.live = options.live;
+    this.follows = false;  // another version of a model that changes is coming
     this.file = options.model ?? 'tileset.json';
     this.texels = options.texels;
     this.shaders = options.shaders;
@@ -531,9 +533,12 @@ export class Viewer {
       await sleep(ASK_AGAIN_MS);
       const state = await this.nextState(silent);
       if (state.version === this.scene.version && !this.residents.next()) {
+        this.follows = false;
         if (state.last) return;
         continue;
       }
+      const began = performance.now();
+      this.follows = true;
       try {
         const scene = await this.newScene(false);
         if (scene) scene.version = state.version;
@@ -542,6 +547,8 @@ export class Viewer {
         if (!this.isOfLostGpu(error)) throw error;
         await this.load();
       }
+      // Where it takes long, the next one does not wait for still frames.
+      this.follows = performance.now() - began > SLOW_VERSION_MS;
     }
   }
 
@@ -804,7 +811,7 @@ export class Viewer {
       const {width, height} = this.target ?? {width: 1, height: 1};
       const isUsual = this.shown.pictures && !this.shown.isFirst;
       this.watch(now, {pixels: width * height, of: isUsual ? 'frame' : 'whole'});
-    } else if (now - this.changedAt > STILL_AFTER_MS) {
+    } else if (now - this.changedAt > STILL_AFTER_MS && !this.follows) {
       const work = this.refine();
       if (work.of !== 'nothing') this.watch(now, work);
     }

@@ -14,10 +14,15 @@ const AT_ONCE = 4;  // views that are fetched at the same time
 // fetch back what the one before threw away.
 const CLEARLY = 1.5;
 
-// Identifies the content of a view on the GPU.
+// The time that new depths of views may take before the next version of a model that changes is asked for. Those that
+// are left come with that one, and new photographs before them.
+const RENEWING_MS = 500;
+const SHARES_ENOUGH = 8;  // of views that the hold takes the median of
+
+// Identifies what a view's depths on the GPU are made of, besides the surface.
 /** @param {View} view */
-const contentOf = ({photograph, mask, rotation, translation, fx, fy, cx, cy}) =>
-    JSON.stringify([photograph, mask, rotation, translation, fx, fy, cx, cy]);
+const depthsOf = ({mask, rotation, translation, fx, fy, cx, cy}) =>
+    JSON.stringify([mask, rotation, translation, fx, fy, cx, cy]);
 
 // Returns the next view slot to fetch, and in `instead` the slot whose cell it takes if none is free. Null: nothing to
 // fetch. `ranked`: all views, those that are needed most first; `held`: slots that have a cell; `fresh`: those of them
@@ -47,10 +52,11 @@ export class Residents {
   /** @param {Viewer} viewer */
   constructor(viewer) {
     this.viewer = viewer;
-    /** @type {Map<number, string>} */
-    this.fresh = new Map();  // the views on the GPU, for each slot
+    /** @type {Map<number, {photograph: string, depths: string}>} */
+    this.fresh = new Map();  // of what the views on the GPU are made, for each slot
     /** @type {Set<number>} */
-    this.stale = new Set();  // views on the GPU whose depths are of another surface
+    this.stale = new Set();  // views on the GPU whose depths are of another surface, those first that are so longest
+    this.renewUntil = Infinity;  // ms of performance.now()
     /** @type {Set<number>} */
     this.coming = new Set();
     /** @type {Set<number>} */
@@ -109,39 +115,59 @@ export class Residents {
         .sort((a, b) => b.need - a.need);
   }
 
-  // Slots of what is on the GPU as the scene has it.
+  // Slots of the photographs that are on the GPU as the scene has them.
   current() {
     const {views} = this.viewer.scene;
     const there = [...this.photographs.cells.keys()];
     return new Set(there.filter((slot) => {
       const view = views[slot];
-      return view && this.fresh.get(slot) === contentOf(view);
+      return view && this.fresh.get(slot)?.photograph === view.photograph;
     }));
   }
 
-  // Returns what to fetch next: the mask for new depths of a view that is there, or another view; null: nothing.
+  // Returns what to fetch next: the mask for new depths of a view that is there, or another view; null: nothing. Of a
+  // model that changes, new photographs come first.
   /** @returns {{slot: number, instead?: number, depths?: boolean} | null} */
   next() {
-    const {cells, layout} = this.photographs;
     const fresh = this.current();
+    const view = () => nextToFetch(this.ranked(), {
+      held: this.photographs.cells, fresh, coming: this.coming, lost: this.lost, room: this.photographs.layout.count,
+    });
+    return this.viewer.live ? view() ?? this.nextDepths(fresh) : this.nextDepths(fresh) ?? view();
+  }
+
+  // Returns a view of those in `fresh` that needs new depths; null: none.
+  /** @param {Set<number>} fresh */
+  nextDepths(fresh) {
+    const {views} = this.viewer.scene;
+    for (const slot of fresh) {
+      const view = views[slot];
+      if (view && this.fresh.get(slot)?.depths !== depthsOf(view)) this.stale.add(slot);
+    }
     for (const slot of this.stale) {
       // Others get new depths when they are fetched.
       if (!fresh.has(slot)) this.stale.delete(slot);
       else if (!this.coming.has(slot) && !this.lost.has(slot)) return {slot, depths: true};
     }
-    return nextToFetch(
-        this.ranked(), {held: cells, fresh, coming: this.coming, lost: this.lost, room: layout.count});
+    return null;
+  }
+
+  // The same within the time that new depths may take.
+  nextInTime() {
+    const next = this.next();
+    return next?.depths && performance.now() > this.renewUntil ? null : next;
   }
 
   // Loads what a camera's picture needs, as far as there is room.
   /** @param {Camera} camera */
   async provide(camera) {
     if (this.scarce()) this.needs = await this.viewer.renderer.glances.neededViews(camera);
+    this.renewUntil = this.viewer.live ? performance.now() + RENEWING_MS : Infinity;
     await this.fill();
   }
 
   async fill() {
-    for (this.expect(); this.filling || this.next(); this.expect()) {
+    for (this.expect(); this.filling || this.nextInTime(); this.expect()) {
       this.filling ??= this.fetchAll().finally(() => {
         this.filling = null;
       });
@@ -157,7 +183,7 @@ export class Residents {
   }
 
   async fetchOthers() {
-    for (let next = this.next(); next; next = this.next()) await this.fetch(next.slot, next.depths);
+    for (let next = this.nextInTime(); next; next = this.nextInTime()) await this.fetch(next.slot, next.depths);
   }
 
   // A view that cannot be fetched is noted as lost, and others go on. `depths`: nothing but its depths is made anew.
@@ -205,8 +231,8 @@ export class Residents {
     this.stale.delete(slot);
     this.photographs.store(view, renderer, next.instead);
     if (next.instead !== undefined) this.fresh.delete(next.instead);
-    this.fresh.set(slot, contentOf(described));
-    viewer.quietly(this.noteOwnShare(slot, described));
+    this.fresh.set(slot, {photograph: described.photograph, depths: depthsOf(described)});
+    this.noteOwnShare(slot, described);
     viewer.improve();
   }
 
@@ -218,15 +244,25 @@ export class Residents {
     // The view may have gone meanwhile, or another version may have come.
     if (scene === viewer.scene && this.photographs.cells.has(slot)) {
       this.stale.delete(slot);
+      this.fresh.set(slot, {photograph: view.photograph, depths: depthsOf(view)});
       this.photographs.storeDepths(slot, mask, viewer.renderer);
-      viewer.quietly(this.noteOwnShare(slot, view));
+      this.noteOwnShare(slot, view);
       viewer.improve();
     }
     mask?.close();
   }
 
+  // Tells the hold how much of a view's own picture is photographed. It takes as long as the view's depths, so that a
+  // model that changes, whose depths are new all the time, has a few views alone told.
   /** @param {number} slot @param {View} view */
-  async noteOwnShare(slot, view) {
+  noteOwnShare(slot, view) {
+    const {viewer} = this;
+    if (viewer.live && viewer.navigation.hold.own.size >= SHARES_ENOUGH) return;
+    viewer.quietly(this.measureOwnShare(slot, view));
+  }
+
+  /** @param {number} slot @param {View} view */
+  async measureOwnShare(slot, view) {
     const share = await this.viewer.renderer.glances.photographedShareOfView(view);
     this.expect();
     this.viewer.navigation.hold.setOwn(slot, share);
