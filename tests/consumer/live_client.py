@@ -39,22 +39,31 @@ def pose(values):
     return numpy.column_stack([cam_from_world, -cam_from_world @ t]).astype("<f8").tobytes()
 
 
-def main(folder, port, rate=0.0):
-    photographs = rows(folder / "rgb.txt")
+def lens(folder):
+    """The beginning of the stream."""
+    fx, fy, cx, cy = [float(v) for v in rows(folder / "camera.txt")[0][:4]]
+    width, height = Image.open(folder / rows(folder / "rgb.txt")[0][1]).size
+    # TUM counts from pixel middles.
+    return b"LUMLIVE1" + message(b"L", struct.pack("<II4d", width, height, fx, fy, cx + 0.5, cy + 0.5))
+
+
+def frames(folder):
+    """Each frame: its name and its message."""
     depths = {float(stamp): file for stamp, file in rows(folder / "depth.txt")}
     poses = {float(row[0]): [float(v) for v in row[1:]] for row in rows(folder / "groundtruth.txt")}
-    fx, fy, cx, cy = [float(v) for v in rows(folder / "camera.txt")[0][:4]]
-    width, height = Image.open(folder / photographs[0][1]).size
     nearest = lambda table, stamp: table[min(table, key=lambda other: abs(other - stamp))]
+    for stamp, file in rows(folder / "rgb.txt"):
+        name, photograph = Path(file).name, (folder / file).read_bytes()
+        depth = numpy.asarray(Image.open(folder / nearest(depths, float(stamp)))).astype("<u2").tobytes()
+        payload = named(name) + pose(nearest(poses, float(stamp))) + struct.pack("<I", len(photograph)) + photograph
+        yield name, message(b"F", payload + struct.pack("<d", 1 / 5000) + depth)
+
+
+def main(folder, port, rate=0.0):
     with socket.create_connection(("127.0.0.1", port)) as out:
-        lens = struct.pack("<II4d", width, height, fx, fy, cx + 0.5, cy + 0.5)  # TUM counts from pixel middles
-        out.sendall(b"LUMLIVE1" + message(b"L", lens))
-        for stamp, file in photographs:
-            photograph = (folder / file).read_bytes()
-            depth = numpy.asarray(Image.open(folder / nearest(depths, float(stamp)))).astype("<u2").tobytes()
-            payload = named(Path(file).name) + pose(nearest(poses, float(stamp)))
-            payload += struct.pack("<I", len(photograph)) + photograph + struct.pack("<d", 1 / 5000) + depth
-            out.sendall(message(b"F", payload))
+        out.sendall(lens(folder))
+        for _, frame in frames(folder):
+            out.sendall(frame)
             time.sleep(1 / rate if rate else 0)
         out.sendall(message(b"E", b""))
 
