@@ -63,6 +63,7 @@ class ConcurrentSets {
     }
   }
   void join(std::uint32_t a, std::uint32_t b) {
+    if (parent_[a].load(std::memory_order_relaxed) == parent_[b].load(std::memory_order_relaxed)) return;
     for (;;) {
       std::uint32_t low = find(a), high = find(b);
       if (low == high) return;
@@ -116,7 +117,7 @@ class Orientation {
     }
     if (!turns) return {};
     return faces_that(faces_, [&](std::uint32_t face) {
-      const std::uint32_t patch = patch_of(face);
+      const std::uint32_t patch = patch_of_member_[member(face)];
       return patch != kNoPatch && patches_[patch].turns_round;
     });
   }
@@ -136,10 +137,11 @@ class Orientation {
     return is_suspect_[a] + is_suspect_[b] + is_suspect_[c];
   }
 
-  // All other edges have at most two faces, which turn the same way.
-  [[nodiscard]] EdgesOfTwo edges_between_suspects() const {
+  // All other edges have at most two faces, which turn the same way. Lists the faces of suspects alone besides.
+  [[nodiscard]] EdgesOfTwo edges_between_suspects() {
     std::vector<SuspectEdge> uses;
     for (const std::uint32_t face : faces_that(faces_, [&](std::uint32_t f) { return suspects_of(f) >= 2; })) {
+      if (suspects_of(face) == 3) alone_.push_back(face);
       for (std::size_t corner = 0; corner < 3; ++corner) {
         const std::uint32_t from = faces_[face][corner], to = faces_[face][(corner + 1) % 3];
         if ((is_suspect_[from] & is_suspect_[to]) == 0) continue;
@@ -169,7 +171,6 @@ class Orientation {
     const auto found = std::lower_bound(alone_.begin(), alone_.end(), face);
     return static_cast<std::uint32_t>(is_suspect_.size() + static_cast<std::size_t>(found - alone_.begin()));
   }
-  [[nodiscard]] std::uint32_t patch_of(std::uint32_t face) { return patch_of_set_[sets_.find(member(face))]; }
 
   void join_corners(std::uint32_t face) {
     const std::uint32_t first = member(face);
@@ -179,7 +180,6 @@ class Orientation {
   }
 
   void find_patches(const EdgesOfTwo& edges) {
-    alone_ = faces_that(faces_, [&](std::uint32_t face) { return suspects_of(face) == 3; });
     sets_ = ConcurrentSets(is_suspect_.size() + alone_.size());
     tbb::parallel_for(all_of(faces_), [&](const FaceRange& range) {
       for (std::uint32_t face = range.begin(); face < range.end(); ++face) {
@@ -187,9 +187,9 @@ class Orientation {
       }
     });
     for (const FacePair& pair : edges.agreeing) sets_.join(member(pair.a), member(pair.b));
-    patch_of_set_.assign(is_suspect_.size() + alone_.size(), kNoPatch);
+    std::vector<std::uint32_t> patch_of_set(is_suspect_.size() + alone_.size(), kNoPatch);
     const auto number = [&](std::uint32_t face) {
-      std::uint32_t& patch = patch_of_set_[sets_.find(member(face))];
+      std::uint32_t& patch = patch_of_set[sets_.find(member(face))];
       if (patch == kNoPatch) {
         patch = static_cast<std::uint32_t>(patches_.size());
         patches_.emplace_back();
@@ -201,6 +201,13 @@ class Orientation {
       patches_[a].against.push_back(b);
       patches_[b].against.push_back(a);
     }
+    patch_of_member_.resize(patch_of_set.size());
+    tbb::parallel_for(tbb::blocked_range<std::uint32_t>(0, static_cast<std::uint32_t>(patch_of_set.size()), 1 << 14),
+                      [&](const auto& range) {
+                        for (std::uint32_t member = range.begin(); member < range.end(); ++member) {
+                          patch_of_member_[member] = patch_of_set[sets_.find(member)];
+                        }
+                      });
   }
 
   // Counts the faces of each patch and finds the first. Faces of one patch in a row are counted together.
@@ -216,7 +223,7 @@ class Orientation {
       };
       for (std::uint32_t face = range.begin(); face < range.end(); ++face) {
         if (faces_[face] == kNoTriangle) continue;
-        const std::uint32_t of_face = patch_of(face);
+        const std::uint32_t of_face = patch_of_member_[member(face)];
         if (of_face != patch) {
           add();
           patch = of_face;
@@ -251,10 +258,10 @@ class Orientation {
   }
 
   const TriangleList& faces_;
-  std::vector<std::uint8_t> is_suspect_;  // by vertex
-  std::vector<std::uint32_t> alone_;      // faces of suspects alone, ascending
-  ConcurrentSets sets_{0};                // of vertices, and of faces that are alone
-  std::vector<std::uint32_t> patch_of_set_;
+  std::vector<std::uint8_t> is_suspect_;        // by vertex
+  std::vector<std::uint32_t> alone_;            // faces of suspects alone, ascending
+  ConcurrentSets sets_{0};                      // of vertices, and of faces that are alone
+  std::vector<std::uint32_t> patch_of_member_;  // of the sets
   std::deque<Patch> patches_;
 };
 
