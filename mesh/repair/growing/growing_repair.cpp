@@ -289,10 +289,12 @@ class RepairStep {
     if (suspects_.empty()) return;
     TriangleList all(soup_.faces.size(), kNoTriangle);
     tbb::parallel_for(std::size_t{0}, chunks(), [&](std::size_t chunk) {
-      for_faces_of(chunk, [&](const FaceOfMesh& face) {
-        const glm::uvec3 points = points_of(face.face);
-        all[face.face] = {points.x, points.y, points.z};
-      });
+      for (const RunOfMesh& run : runs_of(chunk)) {
+        for (std::uint32_t face = run.face; face < run.face + run.count; ++face) {
+          const glm::uvec3 points = points_of(face);
+          all[face] = {points.x, points.y, points.z};
+        }
+      }
     });
     turned_ = faces_to_turn(places_.size(), all, {suspects_.begin(), suspects_.end()});
   }
@@ -376,32 +378,6 @@ class RepairStep {
 
   [[nodiscard]] std::size_t chunks() const { return (soup_.faces.size() + kChunk - 1) / kChunk; }
 
-  // Calls the function with each face of a chunk of the soup that the mesh has.
-  template <typename Visit>
-  void for_faces_of(std::size_t chunk, const Visit& visit) const {
-    const auto begin = static_cast<std::uint32_t>(chunk * kChunk);
-    const auto end = static_cast<std::uint32_t>(std::min(soup_.faces.size(), (chunk + 1) * kChunk));
-    const auto from = [&](const std::vector<std::uint32_t>& faces) {
-      return std::pair(std::lower_bound(faces.begin(), faces.end(), begin), faces.end());
-    };
-    auto [region, region_end] = from(region_);
-    auto [repaired, repaired_end] = from(faces_);
-    auto [turned, turned_end] = from(turned_);
-    for (std::uint32_t face = begin; face < end; ++face) {
-      const bool is_in_region = region != region_end && *region == face;
-      const bool is_repaired = repaired != repaired_end && *repaired == face;
-      const bool is_turned = turned != turned_end && *turned == face;
-      if (is_repaired) {
-        visit(FaceOfMesh{face, static_cast<std::uint32_t>(repaired - faces_.begin()), is_turned});
-      } else if (!is_in_region && mesh_face_before(face) != FaceId::none) {
-        visit(FaceOfMesh{face, kAbsent, is_turned});
-      }
-      if (is_in_region) ++region;
-      if (is_repaired) ++repaired;
-      if (is_turned) ++turned;
-    }
-  }
-
   [[nodiscard]] std::uint8_t first_uses(const FaceOfMesh& face) const {
     if (face.i != kAbsent) return first_uses_[face.i];
     if (kept_.first_corner.empty()) return before_.first_uses[mesh_face_before(face.face)];
@@ -427,63 +403,191 @@ class RepairStep {
     return places_[soup_.faces[face.face][face.is_turned ? 2 - corner : corner]];
   }
 
-  // Faces and vertices of the mesh before each chunk, and at the end all.
-  struct ChunkBegin {
-    std::uint32_t face = 0, vertex = 0;
+  // Faces of the soup that the mesh has, one after another in both. All of them are repaired, or all were in the mesh
+  // before, one after another there too.
+  struct RunOfMesh {
+    std::uint32_t face, count;
+    std::uint32_t i;       // place of the first in faces_; kAbsent: they are not there
+    std::uint32_t before;  // of the mesh before, where they are not
+    bool is_turned;
   };
-  [[nodiscard]] std::vector<ChunkBegin> chunk_begins() const {
-    std::vector<ChunkBegin> begins(chunks() + 1);
-    tbb::parallel_for(std::size_t{0}, chunks(), [&](std::size_t chunk) {
-      ChunkBegin count;
-      for_faces_of(chunk, [&](const FaceOfMesh& face) {
-        ++count.face;
-        count.vertex += static_cast<std::uint32_t>(std::popcount(first_uses(face)));
-      });
-      begins[chunk + 1] = count;
-    });
-    for (std::size_t chunk = 1; chunk < begins.size(); ++chunk) {
-      begins[chunk].face += begins[chunk - 1].face;
-      begins[chunk].vertex += begins[chunk - 1].vertex;
+
+  // Lists the faces of a chunk of the soup that the mesh has.
+  [[nodiscard]] std::vector<RunOfMesh> runs_of(std::size_t chunk) const {
+    const auto begin = static_cast<std::uint32_t>(chunk * kChunk);
+    const auto end = static_cast<std::uint32_t>(std::min(soup_.faces.size(), (chunk + 1) * kChunk));
+    const auto from = [&](const std::vector<std::uint32_t>& faces) {
+      return static_cast<std::size_t>(std::lower_bound(faces.begin(), faces.end(), begin) - faces.begin());
+    };
+    const auto at = [&](const std::vector<std::uint32_t>& faces, std::size_t i) {
+      return i < faces.size() ? std::min(faces[i], end) : end;
+    };
+    std::size_t region = from(region_), repaired = from(faces_), turned = from(turned_);
+    std::vector<RunOfMesh> runs;
+    for (std::uint32_t face = begin; face < end; ++face) {
+      const std::uint32_t next = std::min(at(region_, region), at(turned_, turned));
+      add_kept_faces(face, next, false, runs);
+      if (next == end) break;
+      const bool is_turned = at(turned_, turned) == next;
+      if (at(region_, region) != next) add_kept_faces(next, next + 1, is_turned, runs);
+      if (at(faces_, repaired) == next) add_repaired_face(next, repaired++, is_turned, runs);
+      if (at(region_, region) == next) ++region;
+      if (is_turned) ++turned;
+      face = next;
     }
-    return begins;
+    return runs;
+  }
+
+  // Appends those of some faces of the soup that were in the mesh before.
+  void add_kept_faces(std::uint32_t begin, std::uint32_t end, bool is_turned, std::vector<RunOfMesh>& runs) const {
+    for (std::uint32_t face = begin; face < end;) {
+      const FaceId before = mesh_face_before(face);
+      std::uint32_t count = 1;
+      if (before != FaceId::none) {
+        while (face + count < end && mesh_face_before(face + count) == before + count) ++count;
+        runs.push_back({face, count, kAbsent, before, is_turned});
+      }
+      face += count;
+    }
+  }
+
+  void add_repaired_face(std::uint32_t face, std::size_t place, bool is_turned, std::vector<RunOfMesh>& runs) const {
+    const auto i = static_cast<std::uint32_t>(place);
+    if (!runs.empty() && runs.back().i != kAbsent && runs.back().face + runs.back().count == face &&
+        runs.back().is_turned == is_turned) {
+      ++runs.back().count;
+    } else {
+      runs.push_back({face, 1, i, FaceId::none, is_turned});
+    }
+  }
+
+  // Calls the function with each face of a run.
+  template <typename Visit>
+  void for_faces_of(const RunOfMesh& run, const Visit& visit) const {
+    for (std::uint32_t k = 0; k < run.count; ++k) {
+      visit(FaceOfMesh{run.face + k, run.i == kAbsent ? kAbsent : run.i + k, run.is_turned});
+    }
+  }
+
+  // Returns whether the faces of a run were in the mesh before with the same corner first.
+  [[nodiscard]] bool is_as_before(const RunOfMesh& run) const { return run.i == kAbsent && kept_.first_corner.empty(); }
+  // Returns the first uses of a run's faces as they are stored already, or null.
+  [[nodiscard]] const std::uint8_t* stored_first_uses(const RunOfMesh& run) const {
+    if (run.i != kAbsent) return &first_uses_[run.i];
+    return is_as_before(run) ? &before_.first_uses[run.before] : nullptr;
+  }
+
+  // A chunk of the soup: the faces that the mesh has of it, and how many faces and vertices of the mesh come before.
+  struct ChunkOfMesh {
+    std::vector<RunOfMesh> runs;
+    std::uint32_t first_face = 0, first_vertex = 0;
+  };
+
+  // Returns the chunks, and at the end an empty one.
+  [[nodiscard]] std::vector<ChunkOfMesh> chunks_of_mesh() const {
+    std::vector<ChunkOfMesh> all(chunks() + 1);
+    tbb::parallel_for(std::size_t{0}, chunks(), [&](std::size_t chunk) {
+      all[chunk].runs = runs_of(chunk);
+      std::uint32_t faces = 0, vertices = 0;
+      const auto add = [&](std::uint8_t uses) { vertices += static_cast<std::uint32_t>(std::popcount(uses)); };
+      for (const RunOfMesh& run : all[chunk].runs) {
+        faces += run.count;
+        if (const std::uint8_t* const uses = stored_first_uses(run)) {
+          std::for_each(uses, uses + run.count, add);
+        } else {
+          for_faces_of(run, [&](const FaceOfMesh& face) { add(first_uses(face)); });
+        }
+      }
+      all[chunk + 1].first_face = faces;
+      all[chunk + 1].first_vertex = vertices;
+    });
+    for (std::size_t chunk = 1; chunk < all.size(); ++chunk) {
+      all[chunk].first_face += all[chunk - 1].first_face;
+      all[chunk].first_vertex += all[chunk - 1].first_vertex;
+    }
+    return all;
   }
 
   // Numbers a chunk's faces of the mesh, and the vertices that they use first.
-  void number_chunk(std::size_t chunk, ChunkBegin next, Numbers& numbers, GrownMesh& made, State& after) const {
-    for_faces_of(chunk, [&](const FaceOfMesh& face) {
-      const std::uint8_t uses = first_uses(face);
-      for (int corner = 0; corner < 3; ++corner) {
-        if ((uses >> corner & 1) == 0) continue;
-        number_of(numbers, face, corner) = next.vertex;
-        made.mesh.positions[next.vertex++] = place_of(face, corner);
+  void number_chunk(const ChunkOfMesh& chunk, Numbers& numbers, GrownMesh& made, State& after) const {
+    std::uint32_t next_face = chunk.first_face, next_vertex = chunk.first_vertex;
+    for (const RunOfMesh& run : chunk.runs) {
+      list_faces(run, next_face, made, after);
+      const auto use = [&](const FaceOfMesh& face, int corner, std::uint32_t& number) {
+        number = next_vertex;
+        made.mesh.positions[next_vertex++] = place_of(face, corner);
+      };
+      const std::uint8_t* uses = &after.first_uses[next_face];
+      for_faces_of(run, [&](const FaceOfMesh& face) {
+        const std::uint8_t of_face = *uses++;
+        if (of_face == 0) return;
+        for (int corner = 0; corner < 3; ++corner) {
+          if ((of_face >> corner & 1) == 0) continue;
+          if (is_as_before(run)) {
+            use(face, corner, numbers.of_vertex_before[before_.mesh_faces[run.before + face.face - run.face][corner]]);
+          } else {
+            use(face, corner, number_of(numbers, face, corner));
+          }
+        }
+      });
+      next_face += run.count;
+    }
+  }
+
+  // Says which faces the faces of a run were and are, from a number in the mesh on, and what they use first.
+  void list_faces(const RunOfMesh& run, std::uint32_t first, GrownMesh& made, State& after) const {
+    std::uint32_t next = first;
+    for (std::uint32_t face = run.face; face < run.face + run.count; ++face) after.mesh_face[face] = FaceId(next++);
+    next = first;
+    if (run.i == kAbsent) {
+      for (std::uint32_t k = 0; k < run.count; ++k) made.previous_face[next++] = FaceId(run.before + k);
+    } else {
+      for (std::uint32_t k = 0; k < run.count; ++k) made.previous_face[next++] = mesh_face_before(run.face + k);
+    }
+    std::uint8_t* to = &after.first_uses[first];
+    if (const std::uint8_t* const uses = stored_first_uses(run)) {
+      std::copy_n(uses, run.count, to);
+    } else {
+      for_faces_of(run, [&](const FaceOfMesh& face) { *to++ = first_uses(face); });
+    }
+  }
+
+  // Lists the corners of a chunk's faces of the mesh, once all vertices are numbered.
+  void fill_chunk(const ChunkOfMesh& chunk, Numbers& numbers, std::vector<glm::uvec3>& faces) const {
+    std::uint32_t next = chunk.first_face;
+    for (const RunOfMesh& run : chunk.runs) {
+      if (is_as_before(run)) {
+        const std::uint32_t* const number = numbers.of_vertex_before.data();
+        for (std::uint32_t k = 0; k < run.count; ++k) {
+          const glm::uvec3& before = before_.mesh_faces[run.before + k];
+          faces[next++] = {number[before.x], number[before.y], number[before.z]};
+        }
+        continue;
       }
-      made.previous_face[next.face] = mesh_face_before(face.face);
-      after.first_uses[next.face] = uses;
-      after.mesh_face[face.face] = FaceId(next.face++);
-    });
+      for_faces_of(run, [&](const FaceOfMesh& face) {
+        glm::uvec3& corners = faces[next++];
+        for (int corner = 0; corner < 3; ++corner) corners[corner] = number_of(numbers, face, corner);
+      });
+    }
   }
 
   // Vertices are numbered as the faces use them first. Where a point is not dirty, the face that used it first before
   // is the first now. So the numbers with which a chunk begins are found by counting, and chunks are filled at once.
   GrownMesh compose(State& after) {
-    const std::vector<ChunkBegin> begins = chunk_begins();
+    const std::vector<ChunkOfMesh> all = chunks_of_mesh();
+    const std::uint32_t faces = all.back().first_face, vertices = all.back().first_vertex;
     GrownMesh made;
-    made.mesh.positions.resize(begins.back().vertex);
-    made.mesh.faces.resize(begins.back().face);
-    made.previous_face.resize(begins.back().face);
+    made.mesh.positions.resize(vertices);
+    made.mesh.faces.resize(faces);
+    made.previous_face.resize(faces);
     after.mesh_face.assign(soup_.faces.size(), FaceId::none);
-    after.first_uses.resize(begins.back().face);
+    after.first_uses.resize(faces);
     Numbers numbers{std::vector<std::uint32_t>(before_.mesh_vertices, kAbsent),
                     std::vector<std::uint32_t>(local_points_.size() + copies_.size(), kAbsent)};
     tbb::parallel_for(std::size_t{0}, chunks(),
-                      [&](std::size_t chunk) { number_chunk(chunk, begins[chunk], numbers, made, after); });
-    tbb::parallel_for(std::size_t{0}, chunks(), [&](std::size_t chunk) {
-      std::uint32_t next = begins[chunk].face;
-      for_faces_of(chunk, [&](const FaceOfMesh& face) {
-        glm::uvec3& corners = made.mesh.faces[next++];
-        for (int corner = 0; corner < 3; ++corner) corners[corner] = number_of(numbers, face, corner);
-      });
-    });
+                      [&](std::size_t chunk) { number_chunk(all[chunk], numbers, made, after); });
+    tbb::parallel_for(std::size_t{0}, chunks(),
+                      [&](std::size_t chunk) { fill_chunk(all[chunk], numbers, made.mesh.faces); });
     after.mesh_faces = made.mesh.faces;
     after.mesh_vertices = made.mesh.positions.size();
     after.soup_faces = std::move(soup_.faces);

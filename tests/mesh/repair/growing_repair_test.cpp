@@ -270,6 +270,154 @@ TEST_CASE("a mesh of many chunks that grows is the same to the byte for any numb
   }
 }
 
+namespace {
+
+// A floor of tiles in a row. Each is a sheet of squares with positions of its own, so that the soup has many chunks,
+// and faces that stay are in runs. Tiles come, go, bend, and begin their faces with other corners. Some turn against
+// others.
+class ChangingFloor {
+ public:
+  ChangingFloor(std::uint32_t seed, int tiles) : random_(seed) {
+    for (int i = 0; i < tiles; ++i) tiles_.push_back({.turns_over = below(4) == 0});
+  }
+
+  void change_some() {
+    for (Tile& tile : tiles_) {
+      if (below(12) == 0) tile.is_there = !tile.is_there;
+      if (below(12) == 0) tile.bent = below(kSide);
+      if (below(20) == 0) tile.first_corner = below(3);
+      if (below(20) == 0) tile.doubled = below(kSide);
+    }
+  }
+  void keep_one() {
+    for (Tile& tile : tiles_) tile.is_there = false;
+    tiles_[static_cast<std::size_t>(below(static_cast<int>(tiles_.size())))].is_there = true;
+  }
+  void bend_all() {
+    for (Tile& tile : tiles_) tile = {.bent = (tile.bent + 1) % kSide, .turns_over = tile.turns_over};
+  }
+
+  GrownSoup version() {
+    GrownSoup grown;
+    for (std::size_t i = 0; i < tiles_.size(); ++i) append(tiles_[i], static_cast<double>(kSide * i), grown);
+    return grown;
+  }
+
+ private:
+  static constexpr int kSide = 16;  // squares
+  struct Tile {
+    bool is_there = true;
+    int bent = 0;          // row that is higher than the others
+    int first_corner = 0;  // of its faces
+    int doubled = 0;       // row whose faces are there twice
+    bool turns_over = false;
+    // As it was in the last version; none: it was not there.
+    std::optional<std::uint32_t> first_position = {}, first_face = {};
+    int bent_before = 0, first_corner_before = 0, doubled_before = 0;
+  };
+
+  int below(int end) { return std::uniform_int_distribution<int>(0, end - 1)(random_); }
+
+  void append(Tile& tile, double left, GrownSoup& grown) {
+    if (!tile.is_there) {
+      tile.first_position = tile.first_face = std::nullopt;
+      return;
+    }
+    const auto first = static_cast<std::uint32_t>(grown.soup.positions.size());
+    for (int row = 0; row <= kSide; ++row) {
+      const bool stays = tile.first_position && (row == tile.bent) == (row == tile.bent_before);
+      for (int column = 0; column <= kSide; ++column) {
+        const std::uint32_t number = static_cast<std::uint32_t>(row * (kSide + 1) + column);
+        grown.soup.positions.emplace_back(left + column, row, row == tile.bent ? 1 : 0);
+        grown.previous_position.push_back(stays ? VertexId(*tile.first_position + number) : VertexId::none);
+      }
+    }
+    const auto first_face = static_cast<std::uint32_t>(grown.soup.faces.size());
+    const bool keeps_faces = tile.first_face && tile.bent == tile.bent_before &&
+                             tile.first_corner == tile.first_corner_before && tile.doubled == tile.doubled_before;
+    const bool names_faces = keeps_faces && below(4) != 0;
+    for (int row = 0; row < kSide; ++row) append_row(tile, row, first, grown);
+    for (std::uint32_t face = first_face; face < grown.soup.faces.size(); ++face) {
+      grown.previous_face.push_back(names_faces ? FaceId(*tile.first_face + face - first_face) : FaceId::none);
+    }
+    tile.first_position = first;
+    tile.first_face = first_face;
+    tile.bent_before = tile.bent;
+    tile.first_corner_before = tile.first_corner;
+    tile.doubled_before = tile.doubled;
+  }
+
+  static void append_row(const Tile& tile, int row, std::uint32_t first, GrownSoup& grown) {
+    for (int times = 0; times < (row == tile.doubled ? 2 : 1); ++times) {
+      for (int column = 0; column < kSide; ++column) {
+        const std::uint32_t a = first + static_cast<std::uint32_t>(row * (kSide + 1) + column), c = a + kSide + 2;
+        append_face(tile, {a, a + 1, c}, grown);
+        append_face(tile, {a, c, c - 1}, grown);
+      }
+    }
+  }
+
+  static void append_face(const Tile& tile, std::array<std::uint32_t, 3> corners, GrownSoup& grown) {
+    if (tile.turns_over) std::swap(corners[1], corners[2]);
+    std::rotate(corners.begin(), corners.begin() + tile.first_corner, corners.end());
+    grown.soup.faces.emplace_back(corners[0], corners[1], corners[2]);
+  }
+
+  std::mt19937 random_;
+  std::vector<Tile> tiles_;
+};
+
+// Makes each version with that many threads, compares it with the mesh of its soup made at once, and returns all.
+std::vector<GrownMesh> floors(std::uint32_t seed, int threads) {
+  std::vector<GrownMesh> made;
+  tbb::task_arena(threads).execute([&] {
+    ChangingFloor floor(seed, 100);
+    GrowingRepair growing;
+    for (int version = 0; version < 12; ++version) {
+      const GrownSoup grown = floor.version();
+      GrownSoup wrong = grown;
+      wrong.soup.faces.emplace_back(0, 1, static_cast<std::uint32_t>(wrong.soup.positions.size()));
+      if (version % 3 == 1) CHECK_THROWS_AS(growing.next(wrong), std::invalid_argument);
+      made.push_back(growing.next(grown));
+      const Mesh at_once = GrowingRepair().next({grown.soup, {}}).mesh;
+      CHECK(made.back().mesh.faces == at_once.faces);
+      CHECK(made.back().mesh.positions == at_once.positions);
+      if (version == 5) {
+        floor.keep_one();
+      } else if (version == 8) {
+        floor.bend_all();
+      } else if (version != 3) {  // one version is that before it
+        floor.change_some();
+      }
+    }
+  });
+  return made;
+}
+
+}  // namespace
+
+TEST_CASE("pieces that come, go, bend and turn leave the mesh of their soup, for any number of threads") {
+  const auto seed = static_cast<std::uint32_t>(GENERATE(range(0, 6)));
+  CAPTURE(seed);
+  const std::vector<GrownMesh> one = floors(seed, 1), four = floors(seed, 4);
+  REQUIRE(one.size() == four.size());
+  for (std::size_t i = 0; i < one.size(); ++i) {
+    CHECK(one[i].mesh.faces == four[i].mesh.faces);
+    CHECK(one[i].mesh.positions == four[i].mesh.positions);
+    CHECK(one[i].previous_face == four[i].previous_face);
+    for (FaceId face{0}; i > 0 && face < one[i].previous_face.size(); ++face) {
+      const FaceId previous = one[i].previous_face[face];
+      if (previous == FaceId::none) continue;
+      const FaceCorners now = face_corners(one[i].mesh, face);
+      const glm::uvec3& f = one[i].mesh.faces[face];
+      const std::vector<glm::vec3>& places = one[i].mesh.positions;
+      const Mesh turned{{places[f.y], places[f.x], places[f.z]}, {}, {{0, 1, 2}}};
+      const FaceCorners then = face_corners(one[i - 1].mesh, previous);
+      if (now != then && face_corners(turned, FaceId{0}) != then) FAIL("face " << face << " was another");
+    }
+  }
+}
+
 TEST_CASE("where faces turn against each other, only those around a change are repaired again") {
   GrowingRepair growing;
   GrownSoup grown = opposed_sheets(1000, 100);
