@@ -20,6 +20,11 @@ namespace {
 using OrientedTriangle = TriangleList::value_type;
 using FaceRange = tbb::blocked_range<std::uint32_t>;
 
+// Returns whether an entry is not kNoTriangle, whose numbers no vertex has.
+bool is_face(const OrientedTriangle& entry) {
+  return entry[0] != kNoTriangle[0];
+}
+
 FaceRange all_of(const TriangleList& faces) {
   return {0, static_cast<std::uint32_t>(faces.size()), 1 << 14};
 }
@@ -32,7 +37,7 @@ std::vector<std::uint32_t> faces_that(const TriangleList& faces, const Wanted& i
       all_of(faces), Found(),
       [&](const FaceRange& range, Found found) {
         for (std::uint32_t face = range.begin(); face < range.end(); ++face) {
-          if (faces[face] != kNoTriangle && is_wanted(face)) found.push_back(face);
+          if (is_face(faces[face]) && is_wanted(face)) found.push_back(face);
         }
         return found;
       },
@@ -183,7 +188,7 @@ class Orientation {
     sets_ = ConcurrentSets(is_suspect_.size() + alone_.size());
     tbb::parallel_for(all_of(faces_), [&](const FaceRange& range) {
       for (std::uint32_t face = range.begin(); face < range.end(); ++face) {
-        if (faces_[face] != kNoTriangle) join_corners(face);
+        if (is_face(faces_[face])) join_corners(face);
       }
     });
     for (const FacePair& pair : edges.agreeing) sets_.join(member(pair.a), member(pair.b));
@@ -222,7 +227,7 @@ class Orientation {
         }
       };
       for (std::uint32_t face = range.begin(); face < range.end(); ++face) {
-        if (faces_[face] == kNoTriangle) continue;
+        if (!is_face(faces_[face])) continue;
         const std::uint32_t of_face = patch_of_member_[member(face)];
         if (of_face != patch) {
           add();
