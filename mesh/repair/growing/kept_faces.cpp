@@ -101,19 +101,22 @@ TurnedFace turned_face(const glm::uvec3& f, std::uint32_t face) {
   return {f.z, f.x, f.y, face, 1};
 }
 
-void match_by_corners(const SoupVersions& versions, const Unmatched& unmatched, KeptFaces& kept) {
+// Returns whether there was a match.
+bool match_by_corners(const SoupVersions& versions, const Unmatched& unmatched, KeptFaces& kept) {
   std::vector<TurnedFace> then, now;
   for (const std::uint32_t face : unmatched.now) {
     const glm::uvec3 corners = corners_before(versions, face);
     if (std::max({corners.x, corners.y, corners.z}) != VertexId::none) now.push_back(turned_face(corners, face));
   }
-  if (now.empty()) return;
+  if (now.empty()) return false;
+  bool found = false;
   for (const std::uint32_t face : unmatched.before) then.push_back(turned_face(versions.faces_before[face], face));
   tbb::parallel_sort(then);
   tbb::parallel_sort(now);
   for (auto face = now.begin(), old_face = then.begin(); face != now.end() && old_face != then.end();) {
     if (face->corners() == old_face->corners()) {
       kept.before[face->face] = FaceId(old_face->face);
+      found = true;
       const auto turn = static_cast<std::uint8_t>((3 + face->first_corner - old_face->first_corner) % 3);
       if (turn != 0) {
         kept.first_corner.resize(kept.before.size(), 0);
@@ -127,6 +130,7 @@ void match_by_corners(const SoupVersions& versions, const Unmatched& unmatched, 
       ++old_face;
     }
   }
+  return found;
 }
 
 bool ascends(const std::vector<FaceId>& faces) {
@@ -151,8 +155,10 @@ KeptFaces kept_faces(const SoupVersions& versions) {
     kept.before.assign(versions.previous_face.begin(), versions.previous_face.end());
   }
   if (versions.previous_position.empty()) return kept;
-  match_by_corners(versions, unmatched_faces(kept.before, versions.faces_before.size()), kept);
-  kept.in_order = ascends(kept.before);
+  // Faces that the maker names ascend.
+  if (match_by_corners(versions, unmatched_faces(kept.before, versions.faces_before.size()), kept)) {
+    kept.in_order = ascends(kept.before);
+  }
   return kept;
 }
 
