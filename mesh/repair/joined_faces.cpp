@@ -1,26 +1,54 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "mesh/repair/joined_faces.h"
 
-#include <algorithm>
+#include <bit>
+#include <cstddef>
 #include <cstdint>
-#include <numeric>
-#include <tuple>
 
 namespace lumatlas {
 
+namespace {
+
+// The vertices of which each is the first at its place, found by their places.
+class FirstAtPlace {
+ public:
+  explicit FirstAtPlace(const std::vector<glm::vec3>& places)
+      : places_(places), entries_(std::bit_ceil(2 * places.size() + 1), kEmpty) {}
+
+  // Returns the vertex that was added first at the place of this one: itself, which is added then, if there was none.
+  std::uint32_t add(std::uint32_t vertex) {
+    if (places_[vertex] != places_[vertex]) return vertex;  // is no number, which equals nothing
+    for (std::size_t i = hash_of(places_[vertex]);; ++i) {
+      std::uint32_t& entry = entries_[i & (entries_.size() - 1)];
+      if (entry == kEmpty) entry = vertex;
+      if (places_[entry] == places_[vertex]) return entry;
+    }
+  }
+
+ private:
+  static constexpr std::uint32_t kEmpty = ~0U;
+
+  static std::uint64_t hash_of(const glm::vec3& place) {
+    std::uint64_t hash = 0;
+    for (int axis = 0; axis < 3; ++axis) {
+      hash ^= std::bit_cast<std::uint32_t>(place[axis] + 0.0F);  // -0 and 0 are one place
+      hash *= 0x9e3779b97f4a7c15ull;
+      hash ^= hash >> 32U;
+    }
+    return hash;
+  }
+
+  const std::vector<glm::vec3>& places_;
+  std::vector<std::uint32_t> entries_;
+};
+
+}  // namespace
+
 std::vector<glm::uvec3> joined_faces(const Mesh& mesh) {
   check_faces(mesh);
-  const std::vector<glm::vec3>& places = mesh.positions;
-  std::vector<std::uint32_t> order(places.size());
-  std::iota(order.begin(), order.end(), 0u);
-  std::sort(order.begin(), order.end(), [&](std::uint32_t a, std::uint32_t b) {
-    return std::tie(places[a].x, places[a].y, places[a].z, a) < std::tie(places[b].x, places[b].y, places[b].z, b);
-  });
-  std::vector<std::uint32_t> first(order.size());
-  for (std::size_t i = 0; i < order.size(); ++i) {
-    const bool same = i > 0 && places[order[i]] == places[order[i - 1]];
-    first[order[i]] = same ? first[order[i - 1]] : order[i];
-  }
+  FirstAtPlace known(mesh.positions);
+  std::vector<std::uint32_t> first(mesh.positions.size());
+  for (std::uint32_t vertex = 0; vertex < first.size(); ++vertex) first[vertex] = known.add(vertex);
   std::vector<glm::uvec3> faces;
   faces.reserve(mesh.faces.size());
   for (const glm::uvec3& face : mesh.faces) faces.emplace_back(first[face.x], first[face.y], first[face.z]);
