@@ -75,6 +75,19 @@ CubedFaces cubed_faces(const Mesh& mesh, double side) {
   return result;
 }
 
+// Returns whether the faces of a part are at the same places as these of a mesh, in the same order. How they share
+// vertices does not matter to rays.
+bool are_at_same_places(const Mesh& mesh, std::span<const FaceId> faces, const Mesh& part) {
+  if (faces.size() != part.faces.size()) return false;
+  for (std::size_t i = 0; i < faces.size(); ++i) {
+    const glm::uvec3 &now = mesh.faces[faces[i]], &before = part.faces[i];
+    for (int corner = 0; corner < 3; ++corner) {
+      if (mesh.positions[now[corner]] != part.positions[before[corner]]) return false;
+    }
+  }
+  return true;
+}
+
 // Makes meshes of some of the faces of a mesh.
 class PartMaker {
  public:
@@ -88,18 +101,6 @@ class PartMaker {
     for (const std::uint32_t vertex : vertices_) part.positions.push_back(mesh_.positions[vertex]);
     forget_numbers();
     return part;
-  }
-
-  // Returns whether part() would return that mesh.
-  bool is_part(std::span<const FaceId> faces, const Mesh& part) {
-    bool same = faces.size() == part.faces.size();
-    for (std::size_t i = 0; same && i < faces.size(); ++i) same = numbered(faces[i]) == part.faces[i];
-    same = same && vertices_.size() == part.positions.size();
-    for (std::size_t i = 0; same && i < vertices_.size(); ++i) {
-      same = mesh_.positions[vertices_[i]] == part.positions[i];
-    }
-    forget_numbers();
-    return same;
   }
 
  private:
@@ -157,13 +158,12 @@ std::unique_ptr<Visibility> GrowingVisibility::of(const Mesh& mesh) {
   tbb::parallel_for(std::size_t{0}, cubes.keys.size(), [&](std::size_t cube) {
     const std::span<const FaceId> faces(cubes.faces.data() + cubes.first[cube],
                                         cubes.first[cube + 1] - cubes.first[cube]);
-    PartMaker& maker = makers.local();
     const auto before = state.parts.find(cubes.keys[cube]);
-    if (before != state.parts.end() && maker.is_part(faces, before->second->mesh)) {
+    if (before != state.parts.end() && are_at_same_places(mesh, faces, before->second->mesh)) {
       traced.parts[cube] = before->second;
       return;
     }
-    Mesh part = maker.part(faces);
+    Mesh part = makers.local().part(faces);
     ++made;
     auto anew = std::make_shared<TracedPart>();
     anew->scene = make_embree_scene(state.device->get(), part, RTC_BUILD_QUALITY_MEDIUM);

@@ -6,6 +6,7 @@
 #include <glm/glm.hpp>
 #include <limits>
 #include <stdexcept>
+#include <utility>
 
 namespace lumatlas {
 namespace {
@@ -72,6 +73,35 @@ TEST_CASE("a mesh in cubes is seen as the whole mesh, version by version, and on
   }
   (void)growing.of(valley_sheet(0.5));
   CHECK(growing.cubes_made() == 0);
+}
+
+TEST_CASE("cubes are made again where faces are at other places or in another order, and not for other vertices") {
+  const Mesh mesh = valley_sheet(0.3);
+  GrowingVisibility growing(0.5);
+  const VisibilityBuffer seen = growing.of(mesh)->trace(above());
+  Mesh apart;  // each face with vertices of its own
+  for (const glm::uvec3& face : mesh.faces) {
+    const auto first = static_cast<std::uint32_t>(apart.positions.size());
+    for (int corner = 0; corner < 3; ++corner) apart.positions.push_back(mesh.positions[face[corner]]);
+    apart.faces.emplace_back(first, first + 1, first + 2);
+  }
+  CHECK(agreement(growing.of(apart)->trace(above()), seen) == 1);
+  CHECK(growing.cubes_made() == 0);
+  Mesh turned = mesh;
+  std::swap(turned.faces[0].y, turned.faces[0].z);
+  (void)growing.of(turned);
+  CHECK(growing.cubes_made() == 1);
+  Mesh moved = turned;
+  moved.positions[0].z = std::nextafter(moved.positions[0].z, 1.0F);
+  (void)growing.of(moved);
+  CHECK(growing.cubes_made() == 1);
+  moved.faces.pop_back();
+  (void)growing.of(moved);
+  CHECK(growing.cubes_made() == 1);
+  std::swap(moved.faces[0], moved.faces[1]);
+  const VisibilityBuffer swapped = growing.of(moved)->trace(above());
+  CHECK(growing.cubes_made() == 1);
+  CHECK(agreement(swapped, make_ray_visibility(moved)->trace(above())) > 0.999);
 }
 
 TEST_CASE("no ray passes between two cubes") {
