@@ -90,22 +90,36 @@ class CopyTable {
   std::vector<Entry> entries_;
 };
 
-// Appends the references of a zone of several cells.
-void merge_references(const CellShares::Zone& cells, const ReferenceTable& references,
-                      std::vector<std::uint32_t>& merged) {
-  const std::size_t first = merged.size();
-  for (std::size_t i = 0; i < cells.size() && cells.at(i) != CellId::none; ++i) {
-    for (const ViewSlot slot : references.of_cell(cells.at(i))) {
-      const auto begin = merged.begin() + static_cast<std::ptrdiff_t>(first);
-      const auto found = std::find_if(begin, merged.end(), [&](std::uint32_t entry) { return slot_of(entry) == slot; });
-      if (found == merged.end()) {
-        merged.push_back(slot | 1u << (kFirstCellBit + i));
-      } else {
-        *found |= 1u << (kFirstCellBit + i);
+// Lists the references of zones of several cells, one zone after another.
+class MergedReferences {
+ public:
+  // Both must outlive this. `merged`: the list that is appended to.
+  MergedReferences(const ReferenceTable& references, std::vector<std::uint32_t>& merged)
+      : references_(references), merged_(merged) {
+    std::uint32_t slots = 0;
+    for (const ViewSlot slot : references.views) slots = std::max(slots, slot + 1);
+    place_of_slot_.resize(slots);
+  }
+
+  void append(const CellShares::Zone& cells) {
+    const std::size_t first = merged_.size();
+    for (std::size_t i = 0; i < cells.size() && cells.at(i) != CellId::none; ++i) {
+      for (const ViewSlot slot : references_.of_cell(cells.at(i))) {
+        std::size_t& place = place_of_slot_[slot];
+        if (place < first || place >= merged_.size() || slot_of(merged_[place]) != slot) {  // it is of another zone
+          place = merged_.size();
+          merged_.push_back(slot);
+        }
+        merged_[place] |= 1u << (kFirstCellBit + i);
       }
     }
   }
-}
+
+ private:
+  const ReferenceTable& references_;
+  std::vector<std::uint32_t>& merged_;
+  std::vector<std::size_t> place_of_slot_;  // in `merged_`, where it was listed last; any, where it was not
+};
 
 }  // namespace
 
@@ -168,6 +182,7 @@ ZoneReferences zone_references(const ZoneCells& zones, const ReferenceTable& ref
   }
   result.ranges.reserve(zones.combinations.size());
   std::vector<bool> is_taken(cell_seen.size(), false);
+  MergedReferences merged(references, result.references);
   for (const CellShares::Zone& cells : zones.combinations) {
     // Several chunks have the same combination if its cell stands for others. Each ranks a list of its own.
     if (of_one_cell(cells) && !is_taken[cells[0]]) {
@@ -176,7 +191,7 @@ ZoneReferences zone_references(const ZoneCells& zones, const ReferenceTable& ref
       continue;
     }
     const auto first = static_cast<std::uint32_t>(result.references.size());
-    merge_references(cells, references, result.references);
+    merged.append(cells);
     result.ranges.emplace_back(first, static_cast<std::uint32_t>(result.references.size()));
   }
   result.zones.reserve(zones.cell.size());

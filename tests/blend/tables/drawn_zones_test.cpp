@@ -306,6 +306,60 @@ TEST_CASE("batches are not moved to a surface of other faces, cells or width, or
   CHECK_FALSE(moved_zones(std::make_shared<const Surface>(bent), 0.1, *joined_cells.zones));
 }
 
+// Returns the references of a zone's cells, each view once, in the order in which cells refer to them.
+std::vector<std::uint32_t> merged_in_order(const CellShares::Zone& cells, const ReferenceTable& references) {
+  std::vector<std::uint32_t> merged;
+  for (std::size_t i = 0; i < cells.size() && cells.at(i) != CellId::none; ++i) {
+    for (const ViewSlot slot : references.of_cell(cells.at(i))) {
+      const auto same = std::find_if(merged.begin(), merged.end(), [&](auto entry) { return slot_of(entry) == slot; });
+      if (same == merged.end()) {
+        merged.push_back(slot | 1U << (28 + i));
+      } else {
+        *same |= 1U << (28 + i);
+      }
+    }
+  }
+  return merged;
+}
+
+TEST_CASE("a zone lists each view once that its cells refer to, with the cells that do") {
+  for (std::uint32_t seed = 0; seed < 30; ++seed) {
+    CAPTURE(seed);
+    std::mt19937 random(seed);
+    const auto below = [&](std::uint32_t end) { return static_cast<std::uint32_t>(random() % end); };
+    const std::uint32_t cells = 1 + below(20), slots = 1 + below(30);
+    ReferenceTable references;
+    for (std::uint32_t cell = 0; cell < cells; ++cell) {
+      for (std::uint32_t slot = 0; slot < slots; ++slot) {
+        if (below(3) == 0) references.views.emplace_back(slots - 1 - slot);
+      }
+      references.offsets.push_back(static_cast<std::uint32_t>(references.views.size()));
+    }
+    ZoneCells zones;
+    for (int i = 0; i < 50; ++i) {
+      std::vector<CellId> of_zone;
+      for (std::uint32_t cell = 0; cell < cells && of_zone.size() < kCellsPerZone; ++cell) {
+        if (below(cells) < 4) of_zone.emplace_back(cell);
+      }
+      if (of_zone.empty()) of_zone.emplace_back(below(cells));
+      CellShares::Zone& zone = zones.combinations.emplace_back();
+      std::copy(of_zone.begin(), of_zone.end(), zone.begin());
+      zones.cell.push_back(of_zone.front());
+      zones.combination.push_back(static_cast<std::uint32_t>(i));
+    }
+    const ZoneReferences lists = zone_references(zones, references, std::vector<std::uint8_t>(cells, 1), {});
+    for (std::size_t i = 0; i < zones.combinations.size(); ++i) {
+      const std::vector<std::uint32_t> listed(lists.references.begin() + lists.ranges[i].x,
+                                              lists.references.begin() + lists.ranges[i].y);
+      CHECK(listed == merged_in_order(zones.combinations[i], references));
+    }
+  }
+  ReferenceTable nothing;
+  nothing.offsets.push_back(0);
+  const ZoneReferences lists = zone_references({{0}, {0}, {{0}}}, nothing, {1}, {});
+  CHECK(lists.references.empty());
+}
+
 TEST_CASE("each combination of cells ranks a list of its own, also where one cell stands for those of several chunks") {
   const auto surface = std::make_shared<const Surface>(bumpy_wall());
   const std::size_t cells = surface->cells.cells.size();
