@@ -102,6 +102,30 @@ DrawChunks::DrawChunks(const Surface& surface) : surface_(surface) {
     if (chunks_.empty() || chunks_.back().cube != cube) chunks_.push_back({cube, {}});
     chunks_.back().cells.emplace_back(cell);
   }
+  chunk_of_cube_ = CubeTable(chunks_);
+  boxes_.reserve(chunks_.size());
+  for (const DrawChunk& chunk : chunks_) {
+    std::vector<CellId> small = chunk.cells;
+    std::erase_if(small, [&](CellId cell) { return !(cells[cell].radius <= side_); });
+    boxes_.push_back(box_of(small));
+  }
+}
+
+DrawChunks::CubeTable::CubeTable(const std::vector<DrawChunk>& chunks)
+    : entries_(std::bit_ceil(2 * chunks.size() + 1), {0, static_cast<std::uint32_t>(chunks.size())}),
+      chunks_(static_cast<std::uint32_t>(chunks.size())) {
+  for (std::uint32_t chunk = 0; chunk < chunks_; ++chunk) {
+    std::size_t i = mixed(chunks[chunk].cube);
+    while (entries_[i & (entries_.size() - 1)].chunk != chunks_) ++i;
+    entries_[i & (entries_.size() - 1)] = {chunks[chunk].cube, chunk};
+  }
+}
+
+std::uint32_t DrawChunks::CubeTable::find(std::uint64_t cube) const {
+  for (std::size_t i = mixed(cube);; ++i) {
+    const Entry& entry = entries_[i & (entries_.size() - 1)];
+    if (entry.chunk == chunks_ || entry.cube == cube) return entry.chunk;
+  }
 }
 
 bool DrawChunks::are_even() const {
@@ -130,6 +154,13 @@ DrawChunks::Box DrawChunks::box_of(std::span<const CellId> cells) const {
   return box;
 }
 
+bool DrawChunks::are_apart(const Box& a, const Box& b, double distance) {
+  for (int axis = 0; axis < 3; ++axis) {
+    if (a.least[axis] > b.most[axis] + distance || b.least[axis] > a.most[axis] + distance) return true;
+  }
+  return false;
+}
+
 std::vector<CellId> DrawChunks::touching(const Box& box) const {
   const double slack = kRoundingOfSpheres * (glm::distance(box.least, box.most) + glm::length(box.least));
   std::vector<CellId> found;
@@ -138,8 +169,9 @@ std::vector<CellId> DrawChunks::touching(const Box& box) const {
     const glm::dvec3 nearest = glm::clamp(cell.centroid, box.least, box.most);
     return glm::distance(nearest, cell.centroid) <= cell.radius + slack;
   };
-  const auto take_from = [&](const DrawChunk& chunk) {
-    for (const CellId cell : chunk.cells) {
+  const auto take_from = [&](std::uint32_t chunk) {
+    if (are_apart(boxes_[chunk], box, 2 * slack)) return;
+    for (const CellId cell : chunks_[chunk].cells) {
       if (surface_.cells.cells[cell].radius <= side_ && touches(cell)) found.push_back(cell);
     }
   };
@@ -148,16 +180,14 @@ std::vector<CellId> DrawChunks::touching(const Box& box) const {
   double cubes = 1;
   for (std::size_t axis = 0; axis < 3; ++axis) cubes *= double{1} + last.at(axis) - first.at(axis);
   if (cubes > static_cast<double>(chunks_.size())) {
-    std::for_each(chunks_.begin(), chunks_.end(), take_from);
+    for (std::uint32_t chunk = 0; chunk < chunks_.size(); ++chunk) take_from(chunk);
   } else {
     Cube cube{};
     for (cube[0] = first[0]; cube[0] <= last[0]; ++cube[0]) {
       for (cube[1] = first[1]; cube[1] <= last[1]; ++cube[1]) {
         for (cube[2] = first[2]; cube[2] <= last[2]; ++cube[2]) {
-          const std::uint64_t place = place_on_curve(cube);
-          const auto chunk = std::lower_bound(chunks_.begin(), chunks_.end(), place,
-                                              [](const DrawChunk& a, std::uint64_t b) { return a.cube < b; });
-          if (chunk != chunks_.end() && chunk->cube == place) take_from(*chunk);
+          const std::uint32_t chunk = chunk_of_cube_.find(place_on_curve(cube));
+          if (chunk < chunks_.size()) take_from(chunk);
         }
       }
     }

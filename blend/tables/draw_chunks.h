@@ -62,13 +62,33 @@ class DrawChunks {
     glm::dvec3 least, most;
   };
 
+  // Finds chunks by their cubes.
+  class CubeTable {
+   public:
+    CubeTable() = default;
+    explicit CubeTable(const std::vector<DrawChunk>& chunks);
+    // Returns the number of the chunk, or of chunks where the cube has none.
+    [[nodiscard]] std::uint32_t find(std::uint64_t cube) const;
+
+   private:
+    struct Entry {
+      std::uint64_t cube;
+      std::uint32_t chunk;
+    };
+    std::vector<Entry> entries_;
+    std::uint32_t chunks_ = 0;
+  };
+
   [[nodiscard]] Cube cube_of(const glm::dvec3& place) const;
   [[nodiscard]] Box box_of(std::span<const CellId> cells) const;
+  [[nodiscard]] static bool are_apart(const Box& a, const Box& b, double distance);
   [[nodiscard]] std::vector<CellId> touching(const Box& box) const;
 
   const Surface& surface_;
   double side_ = 0;  // of a cube, scene units
   std::vector<DrawChunk> chunks_;
+  CubeTable chunk_of_cube_;
+  std::vector<Box> boxes_;           // of each chunk, around its cells that are not large
   std::vector<CellId> large_cells_;  // ascending
 };
 
