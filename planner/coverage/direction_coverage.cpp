@@ -71,7 +71,7 @@ std::vector<glm::vec3> novel_directions(std::uint32_t count, bool two_sided) {
 
 DirectionCoverage::Kernel::Kernel(double lambda_share, double width)
     : lambda(static_cast<float>(lambda_share)),
-      cosine_scale(static_cast<float>(1 / (1 - std::cos(glm::radians(width))))) {}
+      cosine_scale(static_cast<float>(std::min(1 / (1 - std::cos(glm::radians(width))), 1e30))) {}
 
 DirectionCoverage::DirectionCoverage(const Surface& surface, const CoverageOptions& options, double min_reference_gain)
     : CellCoverage(surface.cells.cells.size(), options, min_reference_gain),
@@ -355,6 +355,7 @@ void DirectionCoverage::serve_without(CellId cell, ViewSlot slot, std::span<doub
   }
   thread_local std::vector<float> quality;
   for (const Member& member : state.members) {
+    if (left.empty()) break;
     qualities(cell, member, value_kernel_, quality);
     for (const std::size_t s : left) {
       const std::span<Served> served = served_in(s);
