@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <stdexcept>
+#include <tuple>
 #include <utility>
 
 #include "atlas/model/gltf/gltf_cameras.h"
@@ -19,7 +20,7 @@ using Clock = std::chrono::steady_clock;
 struct WrittenView {
   std::shared_ptr<const StoredView> view;  // null: none was
   json photograph, mask, thumbnail;
-  std::uint64_t version = 0;  // that it was written for
+  std::uint64_t version = 0;  // that it was written for; without a view, the first one that should have had it
 
   // Returns whether the files have this view's photograph.
   [[nodiscard]] bool shows(const StoredView& other) const {
@@ -85,18 +86,21 @@ class VersionWriter {
   // Returns the views to write: first those with a photograph that no version has, then those that were written longest
   // ago, so that each has its turn while all change all the time.
   [[nodiscard]] std::vector<ViewSlot> changed_views() {
-    std::vector<std::pair<std::uint64_t, ViewSlot>> by_turn;
+    std::vector<std::tuple<bool, std::uint64_t, ViewSlot>> by_turn;
     views_.resize(snapshot_.views.size());
     for (ViewSlot slot{0}; slot < views_.size(); ++slot) {
       if (!snapshot_.views[slot]) {
         views_[slot] = {};
       } else if (snapshot_.views[slot] != views_[slot].view) {
-        by_turn.emplace_back(is_shown(slot) ? views_[slot].version : 0, slot);
+        // The files of another photograph are in no version from now on, and may be gone when it comes back.
+        if (views_[slot].view && !is_shown(slot)) views_[slot] = {};
+        if (views_[slot].version == 0) views_[slot].version = number_;
+        by_turn.emplace_back(is_shown(slot), views_[slot].version, slot);
       }
     }
     std::sort(by_turn.begin(), by_turn.end());
     std::vector<ViewSlot> slots;
-    for (const auto& [turn, slot] : by_turn) slots.push_back(slot);
+    for (const auto& [shown, turn, slot] : by_turn) slots.push_back(slot);
     return slots;
   }
 

@@ -60,7 +60,10 @@ class LivePublisher {
       const Clock::time_point start = Clock::now();
       rest = least;
       try {
-        if (!show_next()) continue;
+        if (!show_next()) {
+          site_.remove_old_files();
+          continue;
+        }
         // The first version's time is the mesh's, which stays.
         if (shown_++ > 0) rest = std::max(least, rest_per_work * (Clock::now() - start));
       } catch (const Stopped&) {
@@ -133,17 +136,21 @@ bool LiveSite::update(const Snapshot& snapshot, bool last, const CancelCheck& ca
   return complete;
 }
 
-// Removes files that no version needs any more. A page may still be fetching those of versions before.
 void LiveSite::replace_names(std::vector<std::string> names) {
   std::sort(names.begin(), names.end());
+  replaced_.push_back({Clock::now(), std::exchange(names_, std::move(names))});
+  remove_old_files();
+}
+
+void LiveSite::remove_old_files() {
+  constexpr std::size_t kMostReplaced = 16;
   const Clock::time_point now = Clock::now();
-  replaced_.push_back({now, std::exchange(names_, std::move(names))});
   const auto is_needed = [&](const std::string& name) {
     const auto has = [&](const std::vector<std::string>& of) { return std::binary_search(of.begin(), of.end(), name); };
     return has(names_) ||
            std::any_of(replaced_.begin(), replaced_.end(), [&](const Replaced& r) { return has(r.names); });
   };
-  while (replaced_.size() > 1 && replaced_.front().at + times_.kept <= now) {
+  while (replaced_.size() > kMostReplaced || (replaced_.size() > 1 && replaced_.front().at + times_.kept <= now)) {
     const std::vector<std::string> old = std::move(replaced_.front().names);
     replaced_.pop_front();
     for (const std::string& name : old) {

@@ -22,7 +22,8 @@ struct LiveSiteTimes {
   // A version appears after this time with the views that were written by then, at least one of those that changed, new
   // photographs first. The others come in the next version.
   std::chrono::milliseconds for_views = std::chrono::seconds(1);
-  // The files of a version stay for this time after the next one appears, for pages that still fetch them.
+  // The files of a version stay for this time after the next one appears, for pages that still fetch them, but those of
+  // 16 versions at most.
   std::chrono::milliseconds kept = std::chrono::seconds(10);
 };
 
@@ -37,6 +38,9 @@ class LiveSite {
   // std::invalid_argument unless the snapshot passes check(), and what `cancel_check` throws, which is called many
   // times. The page then keeps what it has.
   bool update(const Snapshot& snapshot, bool last, const CancelCheck& cancel_check = {});
+
+  // Removes files of versions that were replaced long enough ago, as update() does.
+  void remove_old_files();
 
  private:
   void say_version(bool last);

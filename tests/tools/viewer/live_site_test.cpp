@@ -232,6 +232,26 @@ TEST_CASE("a page is never told a view with the photograph of the view that it r
   for (std::size_t view = 0; view < 3; ++view) CHECK(last.image(view) != before.image(view));
 }
 
+TEST_CASE("a photograph that comes back after another took its place is written again") {
+  RunningLive running;
+  LiveSite site(running.server, "room", kOneView);
+  const Snapshot first = room(3);
+  for (int version = 0; version < 3; ++version) site.update(first, false);
+  const std::string photograph = Read(running).image(2);
+  Snapshot other = first;
+  for (ViewSlot slot{0}; slot < 3; ++slot) {
+    auto view = std::make_shared<StoredView>(*first.views[slot]);
+    change_colors(*view, [](std::uint8_t value) { return value ^ 0x40; });
+    other.views[slot] = std::move(view);
+  }
+  for (int version = 0; version < 2; ++version) CHECK_FALSE(site.update(other, false));  // no time for the last
+  CHECK(running.status(photograph) == 404);
+  other.views[2] = first.views[2];
+  CHECK(site.update(other, false));
+  CHECK(Read(running).image(2) == photograph);
+  for (const std::string& file : Read(running).files()) CHECK(running.status(file) == 200);
+}
+
 TEST_CASE("of views that there was no time for, a page is told no tiles") {
   const Snapshot all = room(3);
   Snapshot some = all;
