@@ -534,16 +534,19 @@ export class Viewer {
       const state = await this.nextState(silent);
       if (state.version === this.scene.version && !this.residents.next()) {
         this.follows = false;
+        this.residents.limitRenewals(false);
         if (state.last) return;
         continue;
       }
       const began = performance.now();
       this.follows = true;
+      this.residents.limitRenewals(true);
       try {
         const scene = await this.newScene(false);
         if (scene) scene.version = state.version;
         if (scene && await this.follow(scene)) this.followed();
       } catch (error) {
+        this.follows = false;
         if (!this.isOfLostGpu(error)) throw error;
         await this.load();
       }
@@ -562,6 +565,7 @@ export class Viewer {
         silent(false);
         return state;
       } catch (error) {
+        this.follows = false;
         if (!(error instanceof FetchFailure)) throw error;
         silent(true);
       }

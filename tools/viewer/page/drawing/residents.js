@@ -14,15 +14,16 @@ const AT_ONCE = 4;  // views that are fetched at the same time
 // fetch back what the one before threw away.
 const CLEARLY = 1.5;
 
-// The time that new depths of views may take before the next version of a model that changes is asked for. Those that
-// are left come with that one, and new photographs before them.
+// The time that views which are there already may take to be renewed, before the next version of a model that changes
+// is asked for. Those that are left come with that one, and new photographs before them.
 const RENEWING_MS = 500;
 const SHARES_ENOUGH = 8;  // of views that the hold takes the median of
 
-// Identifies what a view's depths on the GPU are made of, besides the surface.
+// What a view on the GPU is made of besides the surface: its photograph, whose texels have the mask, and for its depths
+// the camera too.
 /** @param {View} view */
-const depthsOf = ({mask, rotation, translation, fx, fy, cx, cy}) =>
-    JSON.stringify([mask, rotation, translation, fx, fy, cx, cy]);
+const contentOf = ({photograph, mask, rotation, translation, fx, fy, cx, cy}) =>
+    ({photograph, mask, camera: JSON.stringify([rotation, translation, fx, fy, cx, cy])});
 
 // Returns the next view slot to fetch, and in `instead` the slot whose cell it takes if none is free. Null: nothing to
 // fetch. `ranked`: all views, those that are needed most first; `held`: slots that have a cell; `fresh`: those of them
@@ -52,11 +53,12 @@ export class Residents {
   /** @param {Viewer} viewer */
   constructor(viewer) {
     this.viewer = viewer;
-    /** @type {Map<number, {photograph: string, depths: string}>} */
+    /** @type {Map<number, ReturnType<typeof contentOf>>} */
     this.fresh = new Map();  // of what the views on the GPU are made, for each slot
     /** @type {Set<number>} */
-    this.stale = new Set();  // views on the GPU whose depths are of another surface, those first that are so longest
-    this.renewUntil = Infinity;  // ms of performance.now()
+    this.stale = new Set();  // views on the GPU that are to be renewed, those first that have been longest
+    /** @type {{until: number | null} | null} */
+    this.limit = null;       // when no more views are renewed, from the first one on; null: without end
     /** @type {Set<number>} */
     this.coming = new Set();
     /** @type {Set<number>} */
@@ -125,44 +127,56 @@ export class Residents {
     }));
   }
 
-  // Returns what to fetch next: the mask for new depths of a view that is there, or another view; null: nothing. Of a
-  // model that changes, new photographs come first.
-  /** @returns {{slot: number, instead?: number, depths?: boolean} | null} */
+  // Returns what to fetch next: another view, the photograph of one that is there whose mask is another, or the mask
+  // alone for its new depths; null: nothing. Of a model that changes, new photographs come first.
+  /** @returns {{slot: number, instead?: number, renews?: 'photograph' | 'depths'} | null} */
   next() {
     const fresh = this.current();
     const view = () => nextToFetch(this.ranked(), {
       held: this.photographs.cells, fresh, coming: this.coming, lost: this.lost, room: this.photographs.layout.count,
     });
-    return this.viewer.live ? view() ?? this.nextDepths(fresh) : this.nextDepths(fresh) ?? view();
+    return this.viewer.live ? view() ?? this.nextToRenew(fresh) : this.nextToRenew(fresh) ?? view();
   }
 
-  // Returns a view of those in `fresh` that needs new depths; null: none.
-  /** @param {Set<number>} fresh */
-  nextDepths(fresh) {
+  // Returns a view of those in `fresh` that is to be renewed; null: none.
+  /** @param {Set<number>} fresh @returns {{slot: number, renews: 'photograph' | 'depths'} | null} */
+  nextToRenew(fresh) {
     const {views} = this.viewer.scene;
     for (const slot of fresh) {
-      const view = views[slot];
-      if (view && this.fresh.get(slot)?.depths !== depthsOf(view)) this.stale.add(slot);
+      const [view, content] = [views[slot], this.fresh.get(slot)];
+      if (view && content && (content.mask !== view.mask || content.camera !== contentOf(view).camera)) {
+        this.stale.add(slot);
+      }
     }
     for (const slot of this.stale) {
-      // Others get new depths when they are fetched.
-      if (!fresh.has(slot)) this.stale.delete(slot);
-      else if (!this.coming.has(slot) && !this.lost.has(slot)) return {slot, depths: true};
+      // Others are fetched as a whole.
+      if (!fresh.has(slot)) {
+        this.stale.delete(slot);
+      } else if (!this.coming.has(slot) && !this.lost.has(slot)) {
+        return {slot, renews: this.fresh.get(slot)?.mask === views[slot]?.mask ? 'depths' : 'photograph'};
+      }
     }
     return null;
   }
 
-  // The same within the time that new depths may take.
+  // The same within the time in which views may be renewed.
   nextInTime() {
     const next = this.next();
-    return next?.depths && performance.now() > this.renewUntil ? null : next;
+    if (!next?.renews || !this.limit) return next;
+    this.limit.until ??= performance.now() + RENEWING_MS;
+    return performance.now() > this.limit.until ? null : next;
+  }
+
+  // From now on views are renewed for a short time, until this is called again; without end if not `isLimited`.
+  /** @param {boolean} isLimited */
+  limitRenewals(isLimited) {
+    this.limit = isLimited ? {until: null} : null;
   }
 
   // Loads what a camera's picture needs, as far as there is room.
   /** @param {Camera} camera */
   async provide(camera) {
     if (this.scarce()) this.needs = await this.viewer.renderer.glances.neededViews(camera);
-    this.renewUntil = this.viewer.live ? performance.now() + RENEWING_MS : Infinity;
     await this.fill();
   }
 
@@ -183,19 +197,19 @@ export class Residents {
   }
 
   async fetchOthers() {
-    for (let next = this.nextInTime(); next; next = this.nextInTime()) await this.fetch(next.slot, next.depths);
+    for (let next = this.nextInTime(); next; next = this.nextInTime()) await this.fetch(next.slot, next.renews);
   }
 
-  // A view that cannot be fetched is noted as lost, and others go on. `depths`: nothing but its depths is made anew.
-  /** @param {number} slot */
-  async fetch(slot, depths = false) {
+  // A view that cannot be fetched is noted as lost, and others go on. `renews`: what of a view that is there.
+  /** @param {number} slot @param {'photograph' | 'depths'} [renews] */
+  async fetch(slot, renews) {
     const {viewer, coming} = this;
     const {scene, losses} = viewer;
     const described = scene.views[slot];
     if (!described) return;
     coming.add(slot);
     try {
-      if (depths) {
+      if (renews === 'depths') {
         await this.renewDepths(slot, described, scene);
       } else {
         const view = await Photographs.fetched(viewer.files, described, slot);
@@ -231,7 +245,7 @@ export class Residents {
     this.stale.delete(slot);
     this.photographs.store(view, renderer, next.instead);
     if (next.instead !== undefined) this.fresh.delete(next.instead);
-    this.fresh.set(slot, {photograph: described.photograph, depths: depthsOf(described)});
+    this.fresh.set(slot, contentOf(described));
     this.noteOwnShare(slot, described);
     viewer.improve();
   }
@@ -244,7 +258,7 @@ export class Residents {
     // The view may have gone meanwhile, or another version may have come.
     if (scene === viewer.scene && this.photographs.cells.has(slot)) {
       this.stale.delete(slot);
-      this.fresh.set(slot, {photograph: view.photograph, depths: depthsOf(view)});
+      this.fresh.set(slot, contentOf(view));
       this.photographs.storeDepths(slot, mask, viewer.renderer);
       this.noteOwnShare(slot, view);
       viewer.improve();
@@ -257,7 +271,8 @@ export class Residents {
   /** @param {number} slot @param {View} view */
   noteOwnShare(slot, view) {
     const {viewer} = this;
-    if (viewer.live && viewer.navigation.hold.own.size >= SHARES_ENOUGH) return;
+    const {own} = viewer.navigation.hold;
+    if (viewer.live && own.size >= SHARES_ENOUGH && !own.has(slot)) return;
     viewer.quietly(this.measureOwnShare(slot, view));
   }
 
