@@ -100,6 +100,7 @@ class VersionWriter {
     }
     std::sort(by_turn.begin(), by_turn.end());
     std::vector<ViewSlot> slots;
+    slots.reserve(by_turn.size());
     for (const auto& [shown, turn, slot] : by_turn) slots.push_back(slot);
     return slots;
   }

@@ -60,10 +60,10 @@ class RunningLive {
   RunningLive& operator=(const RunningLive&) = delete;
 
   [[nodiscard]] int status(const std::string& path) const {
-    return httplib::Client("127.0.0.1", port_).Get(("/" + path).c_str())->status;
+    return httplib::Client("127.0.0.1", port_).Get("/" + path)->status;
   }
   [[nodiscard]] std::string text(const std::string& path) const {
-    return httplib::Client("127.0.0.1", port_).Get(("/" + path).c_str())->body;
+    return httplib::Client("127.0.0.1", port_).Get("/" + path)->body;
   }
   [[nodiscard]] json read(const std::string& path) const { return json::parse(text(path)); }
 
