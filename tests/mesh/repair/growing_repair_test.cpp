@@ -311,7 +311,7 @@ class ChangingFloor {
     int first_corner = 0;  // of its faces
     int doubled = 0;       // row whose faces are there twice
     bool turns_over = false;
-    // As it was in the last version; none: it was not there.
+    // The places in the last version; none: it was not there.
     std::optional<std::uint32_t> first_position = {}, first_face = {};
     int bent_before = 0, first_corner_before = 0, doubled_before = 0;
   };

@@ -550,7 +550,7 @@ export class Viewer {
         if (!this.isOfLostGpu(error)) throw error;
         await this.load();
       }
-      // Where it takes long, the next one does not wait for still frames.
+      // The next version does not wait for still frames where one takes long.
       this.follows = performance.now() - began > SLOW_VERSION_MS;
     }
   }

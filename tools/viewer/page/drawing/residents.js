@@ -19,8 +19,8 @@ const CLEARLY = 1.5;
 const RENEWING_MS = 500;
 const SHARES_ENOUGH = 8;  // of views that the hold takes the median of
 
-// What a view on the GPU is made of besides the surface: its photograph, whose texels have the mask, and for its depths
-// the camera too.
+// Tells what a view on the GPU is made of besides the surface: its photograph, whose texels have the mask, and for its
+// depths the camera too.
 /** @param {View} view */
 const contentOf = ({photograph, mask, rotation, translation, fx, fy, cx, cy}) =>
     ({photograph, mask, camera: JSON.stringify([rotation, translation, fx, fy, cx, cy])});
@@ -56,7 +56,7 @@ export class Residents {
     /** @type {Map<number, ReturnType<typeof contentOf>>} */
     this.fresh = new Map();  // of what the views on the GPU are made, for each slot
     /** @type {Set<number>} */
-    this.stale = new Set();  // views on the GPU that are to be renewed, those first that have been longest
+    this.stale = new Set();  // views on the GPU that need renewal, those first that have needed it longest
     /** @type {{until: number | null} | null} */
     this.limit = null;       // when no more views are renewed, from the first one on; null: without end
     /** @type {Set<number>} */
@@ -138,7 +138,7 @@ export class Residents {
     return this.viewer.live ? view() ?? this.nextToRenew(fresh) : this.nextToRenew(fresh) ?? view();
   }
 
-  // Returns a view of those in `fresh` that is to be renewed; null: none.
+  // Returns a view of those in `fresh` that needs renewal; null: none.
   /** @param {Set<number>} fresh @returns {{slot: number, renews: 'photograph' | 'depths'} | null} */
   nextToRenew(fresh) {
     const {views} = this.viewer.scene;
