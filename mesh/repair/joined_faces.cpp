@@ -5,6 +5,8 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "mesh/repair/place_hash.h"
+
 namespace lumatlas {
 
 namespace {
@@ -18,7 +20,7 @@ class FirstAtPlace {
   // Returns the vertex that was added first at the place of this one: itself, which is added then, if there was none.
   std::uint32_t add(std::uint32_t vertex) {
     if (places_[vertex] != places_[vertex]) return vertex;  // is no number, which equals nothing
-    for (std::size_t i = hash_of(places_[vertex]);; ++i) {
+    for (std::size_t i = hash_of_place(places_[vertex]);; ++i) {
       std::uint32_t& entry = entries_[i & (entries_.size() - 1)];
       if (entry == kEmpty) entry = vertex;
       if (places_[entry] == places_[vertex]) return entry;
@@ -27,16 +29,6 @@ class FirstAtPlace {
 
  private:
   static constexpr std::uint32_t kEmpty = ~0U;
-
-  static std::uint64_t hash_of(const glm::vec3& place) {
-    std::uint64_t hash = 0;
-    for (int axis = 0; axis < 3; ++axis) {
-      hash ^= std::bit_cast<std::uint32_t>(place[axis] + 0.0F);  // -0 and 0 are one place
-      hash *= 0x9e3779b97f4a7c15ull;
-      hash ^= hash >> 32U;
-    }
-    return hash;
-  }
 
   const std::vector<glm::vec3>& places_;
   std::vector<std::uint32_t> entries_;

@@ -12,20 +12,11 @@
 #include <tuple>
 
 #include "mesh/finite.h"
+#include "mesh/repair/place_hash.h"
 
 namespace lumatlas {
 
 namespace {
-
-std::uint64_t hash_of_place(const glm::vec3& place) {
-  std::uint64_t hash = 0;
-  for (int axis = 0; axis < 3; ++axis) {
-    hash ^= std::bit_cast<std::uint32_t>(place[axis] + 0.0f);  // -0 and 0 are one position
-    hash *= 0x9e3779b97f4a7c15ull;
-    hash ^= hash >> 32U;
-  }
-  return hash;
-}
 
 // Some hashes, one bit for each 64th or so of what may be one of them.
 class HashFilter {
