@@ -18,6 +18,7 @@ namespace lumatlas {
 namespace {
 
 constexpr double kRoundingOfPlaces = 1e-5;  // of the shader's points, as a share of their distance
+constexpr double kCellsAcross = 4;          // of a chunk
 constexpr std::uint32_t kNotDrawn = ~0u;    // source of a vertex of a chunk that is not there any more
 // Chunks of a batch are laid out again where less than half of it is drawn, and, where there are this many batches,
 // those of the smaller half.
@@ -138,7 +139,7 @@ class Layout {
       : options_(options),
         surface_(*surface),
         width_(options.border_width * surface->cells.size),
-        plan_(*surface),
+        plan_(*surface, kCellsAcross),
         faces_(surface->cells),
         zones_(std::make_shared<DrawnZones>()) {
     zones_->surface = surface;
@@ -180,7 +181,7 @@ class Layout {
         return;
       }
       auto names = std::make_shared<std::vector<CellId>>(plan_.around(plan_.all()[i], width_));
-      chunk.content = hash_of_cells(*names, hashes) + 3 * hash_of_cells(chunk.cells, hashes);
+      chunk.content = hash_of_chunk(chunk.cells, *names, hashes);
       chunk.names = std::move(names);
     });
   }
@@ -319,7 +320,7 @@ class Layout {
   const ZoneOptions& options_;
   const Surface& surface_;
   double width_;  // scene units
-  DrawChunks plan_;
+  GridChunks plan_;
   FacesOfCells faces_;
   std::shared_ptr<DrawnZones> zones_;
   const DrawnZones* former_ = nullptr;  // null: nothing stays

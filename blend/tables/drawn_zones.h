@@ -12,8 +12,8 @@
 #include <vector>
 
 #include "atlas/colors/fallback_colors.h"
+#include "atlas/grid_chunks.h"
 #include "blend/tables/cell_runs.h"
-#include "blend/tables/draw_chunks.h"
 #include "blend/tables/fade_zone_shares.h"
 #include "blend/tables/ranked_references.h"
 #include "blend/tables/zone_mesh.h"
@@ -46,7 +46,7 @@ struct DrawnRun {
 using RunsOfShaders = std::array<std::vector<DrawnRun>, kCellsOfShader.size()>;
 
 struct DrawnChunk {
-  std::uint64_t cube = 0;     // see DrawChunk
+  std::uint64_t cube = 0;     // see GridChunk
   std::uint64_t content = 0;  // a hash of all that its layout depends on
   std::vector<CellId> cells;
   std::shared_ptr<const std::vector<CellId>> names;  // cells of the surface that its layout may name

@@ -13,8 +13,8 @@
 #include <span>
 #include <vector>
 
+#include "atlas/grid_chunks.h"
 #include "atlas/reference_table.h"
-#include "blend/tables/draw_chunks.h"
 #include "blend/tables/fade_zone_shares.h"
 #include "mesh/mesh.h"
 
@@ -40,12 +40,6 @@ struct ZoneMesh {
   // Sorted by how many cells they have (kCellsOfShader), then so that faces near each other here are so in space.
   std::vector<glm::uvec3> faces;
   std::array<std::size_t, kCellsOfShader.size()> face_counts{};
-};
-
-// A corner of a face of a cell. The number of the face is that of its corners over 3, among those of the cell.
-struct CornerOfCell {
-  std::uint32_t cell;  // which of the chunk's
-  std::uint32_t corner;
 };
 
 // The mesh of the faces of some cells. Zones and combinations are those of these cells alone; they name cells of the

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Internal to blend/: the cells of a surface in chunks, by the cubes of a grid that their centroids are in. The mesh is
-// laid out chunk by chunk, so that what is laid out stays where neither a chunk nor the surface around it has changed.
+// The cells of a surface in chunks, by the cubes of a grid that their centroids are in. What is made of a surface chunk
+// by chunk, for a renderer or a page, stays where neither a chunk nor the surface around it has changed.
 #pragma once
 
 #include <array>
@@ -15,9 +15,15 @@
 
 namespace lumatlas {
 
-struct DrawChunk {
+struct GridChunk {
   std::uint64_t cube = 0;     // its place on a Z-order curve through the scene
   std::vector<CellId> cells;  // ascending
+};
+
+// A corner of a face of a cell. The number of the face is that of its corners over 3, among those of the cell.
+struct CornerOfCell {
+  std::uint32_t cell;  // which of the chunk's
+  std::uint32_t corner;
 };
 
 // The faces of each cell, ascending.
@@ -37,21 +43,23 @@ class FacesOfCells {
 // Returns a hash of 64 bits for each cell, of its faces' coordinates in their order.
 [[nodiscard]] std::vector<std::uint64_t> hashes_of_cells(const Mesh& mesh, const FacesOfCells& faces,
                                                          std::size_t cells);
-// Returns a hash of these cells in their order.
-[[nodiscard]] std::uint64_t hash_of_cells(std::span<const CellId> cells, std::span<const std::uint64_t> hashes);
+// Returns a hash of all that the shares of a chunk's cells depend on. `cells`: the chunk's; `around`: see
+// GridChunks::around(); `hashes`: of all cells, as of hashes_of_cells().
+[[nodiscard]] std::uint64_t hash_of_chunk(std::span<const CellId> cells, std::span<const CellId> around,
+                                          std::span<const std::uint64_t> hashes);
 
-class DrawChunks {
+class GridChunks {
  public:
-  // The surface must outlive this.
-  explicit DrawChunks(const Surface& surface);
+  // The surface must outlive this. `cells_across`: side of a cube, in cell sizes.
+  GridChunks(const Surface& surface, double cells_across);
 
   // Returns the chunks in the order of their cubes. Each has a cell.
-  [[nodiscard]] const std::vector<DrawChunk>& all() const { return chunks_; }
+  [[nodiscard]] const std::vector<GridChunk>& all() const { return chunks_; }
 
   // Returns the cells on whose faces the shares of the chunk's own may depend, ascending, its own among them: those
   // within `width`, as of share_cells(), of a cell that touches the chunk. Beyond these shares depend only on faces
   // that more than kCellsPerZone cells would share and that form a chain from there to the chunk.
-  [[nodiscard]] std::vector<CellId> around(const DrawChunk& chunk, double width) const;
+  [[nodiscard]] std::vector<CellId> around(const GridChunk& chunk, double width) const;
 
   // Returns false for a surface with many cells that are larger than a chunk, where around() takes long.
   [[nodiscard]] bool are_even() const;
@@ -66,7 +74,7 @@ class DrawChunks {
   class CubeTable {
    public:
     CubeTable() = default;
-    explicit CubeTable(const std::vector<DrawChunk>& chunks);
+    explicit CubeTable(const std::vector<GridChunk>& chunks);
     // Returns the number of the chunk, or of chunks where the cube has none.
     [[nodiscard]] std::uint32_t find(std::uint64_t cube) const;
 
@@ -86,7 +94,7 @@ class DrawChunks {
 
   const Surface& surface_;
   double side_ = 0;  // of a cube, scene units
-  std::vector<DrawChunk> chunks_;
+  std::vector<GridChunk> chunks_;
   CubeTable chunk_of_cube_;
   std::vector<Box> boxes_;           // of each chunk, around its cells that are not large
   std::vector<CellId> large_cells_;  // ascending

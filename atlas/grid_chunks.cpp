@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "blend/tables/draw_chunks.h"
+#include "atlas/grid_chunks.h"
 
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
@@ -17,7 +17,6 @@ namespace lumatlas {
 
 namespace {
 
-constexpr double kCellsAcross = 4;          // of a chunk
 constexpr std::int32_t kFarCube = 1 << 20;  // a cube's largest number along an axis
 constexpr std::size_t kMostLargeCells = 256;
 constexpr double kRoundingOfSpheres = 1e-6;  // share of a box's size and distance
@@ -40,6 +39,12 @@ std::uint64_t spread_to_thirds(std::uint64_t bits) {
   bits = (bits | bits << 8U) & 0x100F00F00F00F00Full;
   bits = (bits | bits << 4U) & 0x10C30C30C30C30C3ull;
   return (bits | bits << 2U) & 0x1249249249249249ull;
+}
+
+std::uint64_t hash_of_cells(std::span<const CellId> cells, std::span<const std::uint64_t> hashes) {
+  std::uint64_t hash = cells.size();
+  for (const CellId cell : cells) hash = mixed(hash + hashes[cell]);
+  return hash;
 }
 
 std::uint64_t place_on_curve(const std::array<std::int32_t, 3>& cube) {
@@ -82,15 +87,14 @@ std::vector<std::uint64_t> hashes_of_cells(const Mesh& mesh, const FacesOfCells&
   return hashes;
 }
 
-std::uint64_t hash_of_cells(std::span<const CellId> cells, std::span<const std::uint64_t> hashes) {
-  std::uint64_t hash = cells.size();
-  for (const CellId cell : cells) hash = mixed(hash + hashes[cell]);
-  return hash;
+std::uint64_t hash_of_chunk(std::span<const CellId> cells, std::span<const CellId> around,
+                            std::span<const std::uint64_t> hashes) {
+  return hash_of_cells(around, hashes) + 3 * hash_of_cells(cells, hashes);
 }
 
-DrawChunks::DrawChunks(const Surface& surface) : surface_(surface) {
+GridChunks::GridChunks(const Surface& surface, double cells_across) : surface_(surface) {
   const std::vector<Cell>& cells = surface.cells.cells;
-  side_ = kCellsAcross * surface.cells.size;
+  side_ = cells_across * surface.cells.size;
   std::vector<std::pair<std::uint64_t, std::uint32_t>> order;  // cube, cell
   order.reserve(cells.size());
   for (std::uint32_t cell = 0; cell < cells.size(); ++cell) {
@@ -104,14 +108,14 @@ DrawChunks::DrawChunks(const Surface& surface) : surface_(surface) {
   }
   chunk_of_cube_ = CubeTable(chunks_);
   boxes_.reserve(chunks_.size());
-  for (const DrawChunk& chunk : chunks_) {
+  for (const GridChunk& chunk : chunks_) {
     std::vector<CellId> small = chunk.cells;
     std::erase_if(small, [&](CellId cell) { return !(cells[cell].radius <= side_); });
     boxes_.push_back(box_of(small));
   }
 }
 
-DrawChunks::CubeTable::CubeTable(const std::vector<DrawChunk>& chunks)
+GridChunks::CubeTable::CubeTable(const std::vector<GridChunk>& chunks)
     : entries_(std::bit_ceil(2 * chunks.size() + 1), {0, static_cast<std::uint32_t>(chunks.size())}),
       chunks_(static_cast<std::uint32_t>(chunks.size())) {
   for (std::uint32_t chunk = 0; chunk < chunks_; ++chunk) {
@@ -121,18 +125,18 @@ DrawChunks::CubeTable::CubeTable(const std::vector<DrawChunk>& chunks)
   }
 }
 
-std::uint32_t DrawChunks::CubeTable::find(std::uint64_t cube) const {
+std::uint32_t GridChunks::CubeTable::find(std::uint64_t cube) const {
   for (std::size_t i = mixed(cube);; ++i) {
     const Entry& entry = entries_[i & (entries_.size() - 1)];
     if (entry.chunk == chunks_ || entry.cube == cube) return entry.chunk;
   }
 }
 
-bool DrawChunks::are_even() const {
+bool GridChunks::are_even() const {
   return large_cells_.size() <= kMostLargeCells;
 }
 
-DrawChunks::Cube DrawChunks::cube_of(const glm::dvec3& place) const {
+GridChunks::Cube GridChunks::cube_of(const glm::dvec3& place) const {
   Cube cube{};
   for (int axis = 0; axis < 3; ++axis) {
     const double along = std::floor(place[axis] / side_);
@@ -143,7 +147,7 @@ DrawChunks::Cube DrawChunks::cube_of(const glm::dvec3& place) const {
   return cube;
 }
 
-DrawChunks::Box DrawChunks::box_of(std::span<const CellId> cells) const {
+GridChunks::Box GridChunks::box_of(std::span<const CellId> cells) const {
   constexpr double kFar = std::numeric_limits<double>::infinity();
   Box box{glm::dvec3(kFar), glm::dvec3(-kFar)};
   for (const CellId number : cells) {
@@ -154,14 +158,14 @@ DrawChunks::Box DrawChunks::box_of(std::span<const CellId> cells) const {
   return box;
 }
 
-bool DrawChunks::are_apart(const Box& a, const Box& b, double distance) {
+bool GridChunks::are_apart(const Box& a, const Box& b, double distance) {
   for (int axis = 0; axis < 3; ++axis) {
     if (a.least[axis] > b.most[axis] + distance || b.least[axis] > a.most[axis] + distance) return true;
   }
   return false;
 }
 
-std::vector<CellId> DrawChunks::touching(const Box& box) const {
+std::vector<CellId> GridChunks::touching(const Box& box) const {
   const double slack = kRoundingOfSpheres * (glm::distance(box.least, box.most) + glm::length(box.least));
   std::vector<CellId> found;
   const auto touches = [&](CellId number) {
@@ -197,7 +201,7 @@ std::vector<CellId> DrawChunks::touching(const Box& box) const {
   return found;
 }
 
-std::vector<CellId> DrawChunks::around(const DrawChunk& chunk, double width) const {
+std::vector<CellId> GridChunks::around(const GridChunk& chunk, double width) const {
   Box box = box_of(touching(box_of(chunk.cells)));
   box.least -= width;
   box.most += width;
