@@ -1,13 +1,19 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "atlas/model/live_form.h"
 
+#include <tbb/parallel_for.h>
+
 #include <algorithm>
+#include <array>
+#include <glm/common.hpp>
 #include <stdexcept>
 #include <tuple>
 #include <utility>
 
 #include "atlas/model/gltf/gltf_cameras.h"
 #include "atlas/model/model_document.h"
+#include "atlas/model/model_ranges.h"
+#include "atlas/model/surface/live_chunks.h"
 
 namespace lumatlas {
 
@@ -28,20 +34,55 @@ struct WrittenView {
   }
 };
 
+// A chunk as it was written last: what its files hold, and their names.
+struct WrittenChunk {
+  std::shared_ptr<const LiveChunkForm> form;
+  Snapshot tables;                     // chunk_snapshot()
+  std::vector<std::uint8_t> resident;  // as in ViewTables
+  TileContent content;
+  std::array<std::string, 3> parts;  // names of the files of mesh, colours and tables
+
+  // Returns whether the files are those of a chunk with these tables.
+  [[nodiscard]] bool holds(const LiveChunkForm* of, const Snapshot& now, const ViewTables& views) const {
+    return form.get() == of && tables.cell_seen == now.cell_seen && tables.cell_deviation == now.cell_deviation &&
+           tables.references.offsets == now.references.offsets && tables.references.views == now.references.views &&
+           tables.vertex_colors.get() == now.vertex_colors.get() && resident == views.resident;
+  }
+};
+
+// The chunks of a surface, and the files that were written of them.
+struct WrittenChunks {
+  std::shared_ptr<const LiveChunks> surface;
+  std::vector<std::shared_ptr<const WrittenChunk>> files;  // one per chunk
+  glm::dmat3 upright{1.0};  // gltf_from_scene() of the first version, because it changes a little with each view
+};
+
 }  // namespace
 
 struct LiveForm::State {
   std::shared_ptr<const Surface> surface;
-  std::shared_ptr<const WrittenSurface> written;
+  std::shared_ptr<const WrittenSurface> written;  // null: the surface is in chunks
+  WrittenChunks chunks;
   std::vector<WrittenView> views;  // one per view slot
   std::uint64_t versions = 0;
 };
 
 namespace {
 
+// Returns whether colours differ by so little that those which are written stay.
+bool are_close(const std::vector<glm::u8vec3>& a, const std::vector<glm::u8vec3>& b) {
+  constexpr int kMostApart = 8;  // of 255
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](const glm::u8vec3& x, const glm::u8vec3& y) {
+    const glm::ivec3 apart = glm::abs(glm::ivec3(x) - glm::ivec3(y));
+    return std::max({apart.r, apart.g, apart.b}) <= kMostApart;
+  });
+}
+
 bool shows_the_same(const ViewMask& a, const ViewMask& b) {
   return &a == &b || (a.validity == b.validity && a.rim == b.rim);
 }
+
+constexpr SurfaceForm kApart{.apart = true};
 
 class VersionWriter {
  public:
@@ -68,12 +109,27 @@ class VersionWriter {
     }
   }
 
-  FormVersion finish(const WrittenSurface& written) {
-    json properties = view_list();
-    const TileContent surface = put_surface(written);
-    version_.tileset =
-        tileset_json(snapshot_, snapshot_.surface->offset, {surface, {}}, std::move(properties)).dump() + "\n";
-    return std::move(version_);
+  FormVersion finish(const WrittenSurface& written) { return finished({put_surface(written), {}}); }
+
+  // Writes the chunks that changed. `before`: what was written last, which becomes what is written now.
+  FormVersion finish(const std::shared_ptr<const LiveChunks>& chunks, WrittenChunks& before) {
+    WrittenChunks written{chunks, std::vector<std::shared_ptr<const WrittenChunk>>(chunks->chunks.size()),
+                          before.surface ? before.upright : gltf_from_scene(snapshot_)};
+    const std::vector<std::shared_ptr<const WrittenChunk>> same = files_of_same_cubes(*chunks, before);
+    cell_size_ = std::min(snapshot_.surface->cells.size, most_cell_size(snapshot_.surface->mesh));
+    static_cast<void>(snapshot_.vertex_colors.get());  // makes them, before several threads ask
+    step();
+    tbb::parallel_for(std::size_t{0}, written.files.size(),
+                      [&](std::size_t i) { written.files[i] = put_chunk(written, i, same[i]); });
+    step();
+    ModelTile root;
+    for (const std::shared_ptr<const WrittenChunk>& chunk : written.files) {
+      root.children.push_back({chunk->content, {}});
+      version_.names.push_back(chunk->content.uri);
+      version_.names.insert(version_.names.end(), chunk->parts.begin(), chunk->parts.end());
+    }
+    before = std::move(written);
+    return finished(root);
   }
 
  private:
@@ -130,6 +186,11 @@ class VersionWriter {
     }
   }
 
+  FormVersion finished(const ModelTile& root) {
+    version_.tileset = tileset_json(snapshot_, snapshot_.surface->offset, root, view_list()).dump() + "\n";
+    return std::move(version_);
+  }
+
   [[nodiscard]] json view_list() {
     std::vector<std::uint8_t> shown;
     for (std::size_t slot = 0; slot < views_.size(); ++slot) shown.push_back(is_shown(slot) ? 1 : 0);
@@ -158,43 +219,95 @@ class VersionWriter {
   }
 
   // Views are in the order of their slots; tiles are those of the views that are shown.
-  [[nodiscard]] ViewTables tables() const {
-    const std::vector<ViewSlot>& references = snapshot_.references.views;
-    ViewTables tables{{references.begin(), references.end()}, {}};
+  [[nodiscard]] std::vector<std::uint8_t> resident_tiles() const {
+    std::vector<std::uint8_t> resident;
     const TileTable& tiles = snapshot_.tiles;
     for (std::size_t slot = 0; !tiles.whole_views() && slot < views_.size(); ++slot) {
       if (!is_shown(slot)) continue;
       for (std::uint32_t tile = tiles.first_tile[slot]; tile < tiles.first_tile[slot + 1]; ++tile) {
-        tables.resident.push_back(tiles.places[tile] == TilePlace::none ? 0 : 1);
+        resident.push_back(tiles.places[tile] == TilePlace::none ? 0 : 1);
       }
     }
-    return tables;
+    return resident;
   }
 
-  std::string put_named(const std::string& stem, const char* ending, const char* type,
-                        std::span<const std::uint8_t> bytes) {
-    version_.names.push_back(put_({stem, ending, type, FormPart::surface, bytes}));
-    return version_.names.back();
+  // Returns for each chunk the files of the one that was in its cube before; null: there was none.
+  [[nodiscard]] static std::vector<std::shared_ptr<const WrittenChunk>> files_of_same_cubes(
+      const LiveChunks& chunks, const WrittenChunks& before) {
+    std::vector<std::shared_ptr<const WrittenChunk>> same(chunks.chunks.size());
+    for (std::size_t i = 0, at = 0; before.surface && i < same.size(); ++i) {
+      const std::vector<LiveChunk>& former = before.surface->chunks;
+      while (at < former.size() && former[at].cube < chunks.chunks[i].cube) ++at;
+      if (at < former.size() && former[at].cube == chunks.chunks[i].cube) same[i] = before.files[at];
+    }
+    return same;
+  }
+
+  // Safe from several threads.
+  [[nodiscard]] std::shared_ptr<const WrittenChunk> put_chunk(const WrittenChunks& chunks, std::size_t number,
+                                                              std::shared_ptr<const WrittenChunk> before) const {
+    const LiveChunk& chunk = chunks.surface->chunks[number];
+    Snapshot part = chunk_snapshot(snapshot_, chunks.surface->faces, chunk);
+    const std::vector<ViewSlot>& references = part.references.views;
+    // The tiles of the whole model are in the first.
+    const ViewTables tables{{references.begin(), references.end()},
+                            number == 0 ? resident_tiles() : std::vector<std::uint8_t>()};
+    const bool same_mesh = before && before->form == chunk.form;
+    if (same_mesh && are_close(before->tables.vertex_colors.get(), part.vertex_colors.get())) {
+      part.vertex_colors = before->tables.vertex_colors;
+    }
+    if (before && before->holds(chunk.form.get(), part, tables)) return before;
+    auto written = std::make_shared<WrittenChunk>();
+    written->form = chunk.form;
+    written->resident = tables.resident;
+    const glm::dvec3& origin = chunk.form->origin;
+    GltfBuilder gltf(false);
+    json properties = add_surface(gltf, part, chunk.form->mesh, tables, kApart);
+    properties["cellSize"] = cell_size_;
+    properties["origin"] = {origin.x, origin.y, origin.z};
+    if (!chunk.form->guests.empty()) properties["guestCells"] = chunk.form->guests.size();
+    add_moved_scene(gltf.document(), chunks.upright, origin);
+    set_lumigraph(gltf.document(), std::move(properties));
+    for (std::size_t i = 0; i < written->parts.size(); ++i) {
+      written->parts.at(i) = i == 0 && same_mesh ? before->parts.front() : put_part(gltf, i);
+    }
+    written->content = put_gltf(gltf, written->parts);
+    written->content.volume =
+        same_mesh ? before->content.volume : tile_volume(chunk.form->surface.mesh, origin, chunks.upright);
+    written->tables = std::move(part);
+    return written;
+  }
+
+  [[nodiscard]] std::string put_part(const GltfBuilder& gltf, std::size_t number) const {
+    constexpr std::array<const char*, 3> kStems{"mesh", "colors", "tables"};
+    return put_({kStems.at(number), ".bin", "application/octet-stream", FormPart::surface, gltf.buffers()[number]});
+  }
+
+  [[nodiscard]] TileContent put_gltf(GltfBuilder& gltf, std::span<const std::string> parts) const {
+    gltf.finish(parts);
+    const std::string text = gltf.document().dump();
+    const std::span bytes(reinterpret_cast<const std::uint8_t*>(text.data()), text.size());
+    return {put_({"surface", ".gltf", "model/gltf+json", FormPart::surface, bytes}), text.size(), 0, {}};
   }
 
   TileContent put_surface(const WrittenSurface& written) {
+    const std::vector<ViewSlot>& references = snapshot_.references.views;
     const glm::dmat3 upright = gltf_from_scene(snapshot_);
-    const TileVolume volume = tile_volume(near_surface(*snapshot_.surface).mesh, {}, upright);
     GltfBuilder gltf(false);
-    SurfaceForm form;
-    form.apart = true;
-    json properties = add_surface(gltf, snapshot_, written, tables(), form);
+    json properties =
+        add_surface(gltf, snapshot_, written, {{references.begin(), references.end()}, resident_tiles()}, kApart);
     add_scene(gltf.document(), upright);
     set_lumigraph(gltf.document(), std::move(properties));
-    std::vector<std::string> uris;
-    for (const char* stem : {"mesh", "colors", "tables"}) {
-      uris.push_back(put_named(stem, ".bin", "application/octet-stream", gltf.buffers()[uris.size()]));
+    std::vector<std::string> parts;
+    while (parts.size() < gltf.buffers().size()) {
+      parts.push_back(put_part(gltf, parts.size()));
       step();
     }
-    gltf.finish(uris);
-    const std::string text = gltf.document().dump();
-    const std::span bytes(reinterpret_cast<const std::uint8_t*>(text.data()), text.size());
-    return {put_named("surface", ".gltf", "model/gltf+json", bytes), text.size(), 0, volume};
+    TileContent content = put_gltf(gltf, parts);
+    content.volume = tile_volume(near_surface(*snapshot_.surface).mesh, {}, upright);
+    version_.names.insert(version_.names.end(), parts.begin(), parts.end());
+    version_.names.push_back(content.uri);
+    return content;
   }
 
   const Snapshot& snapshot_;
@@ -203,13 +316,14 @@ class VersionWriter {
   const CancelCheck& cancel_check_;
   std::vector<WrittenView>& views_;
   std::uint64_t number_;  // of the version
+  double cell_size_ = 0;  // as files have it
   FormVersion version_;
 };
 
 }  // namespace
 
-LiveForm::LiveForm(const ImageCoding& photographs, SharesOf shares_of)
-    : photographs_(photographs), shares_of_(std::move(shares_of)), state_(std::make_shared<const State>()) {}
+LiveForm::LiveForm(const LiveFormOptions& options, SharesOf shares_of)
+    : options_(options), shares_of_(std::move(shares_of)), state_(std::make_shared<const State>()) {}
 
 LiveForm::~LiveForm() = default;
 
@@ -222,17 +336,27 @@ FormVersion LiveForm::write(const Snapshot& snapshot, std::chrono::milliseconds 
   auto next = std::make_shared<State>(*state_);
   const bool same = next->surface && same_mesh(*next->surface, *snapshot.surface);
   next->surface = snapshot.surface;
-  // Cells that refer to the same views are not joined, so that the mesh stays as it is when these change.
+  auto chunks = next->chunks.surface;
   if (!same) {
+    const LiveChunkOptions cut{options_.least_chunked, options_.chunk_cells,
+                               options_.border_width * snapshot.surface->cells.size};
+    chunks = std::make_shared<const LiveChunks>(live_chunks(*snapshot.surface, cut, shares_of_, chunks.get()));
+    if (chunks->chunks.empty()) chunks = nullptr;
+    next->written = nullptr;
+  }
+  check_cancelled(cancel_check);
+  // Cells that refer to the same views are not joined, so that the mesh stays as it is when these change.
+  if (!chunks && !next->written) {
     const CellShares shares = shares_of_(*snapshot.surface);
     check_cancelled(cancel_check);
     next->written =
         std::make_shared<const WrittenSurface>(written_surface(*snapshot.surface, &shares, nullptr, std::nullopt));
   }
   check_cancelled(cancel_check);
-  VersionWriter writer(snapshot, photographs_, put, cancel_check, next->views, ++next->versions);
+  VersionWriter writer(snapshot, options_.photographs, put, cancel_check, next->views, ++next->versions);
   writer.write_views(time_for_views);
-  FormVersion version = writer.finish(*next->written);
+  if (!chunks) next->chunks = {};
+  FormVersion version = chunks ? writer.finish(chunks, next->chunks) : writer.finish(*next->written);
   state_ = std::move(next);
   return version;
 }

@@ -190,7 +190,7 @@ class SurfaceWriter {
   void add_place(GltfBuilder& gltf, const SurfaceChunk& chunk, json& properties) const {
     const glm::dvec3& origin = chunk.origin;
     properties["origin"] = {origin.x, origin.y, origin.z};
-    if (chunk.guest_cells > 0) properties["guestCells"] = chunk.guest_cells;
+    if (!chunk.guests.empty()) properties["guestCells"] = chunk.guests.size();
     if (options_.packed || chunk.cells.empty()) return;
     properties["cellRuns"] = add_whole_numbers(gltf, runs_of(chunk.cells));
     properties["vertexRuns"] = add_whole_numbers(gltf, runs_of(chunk.vertices));

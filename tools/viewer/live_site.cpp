@@ -106,7 +106,9 @@ class LivePublisher {
 }  // namespace
 
 LiveSite::LiveSite(SiteServer& server, const std::string& title, const LiveSiteTimes& times)
-    : server_(server), times_(times), form_(SiteOptions{}.photographs, [](const Surface& surface) {
+    : server_(server),
+      times_(times),
+      form_({SiteOptions{}.photographs, BlendOptions{}.border_width}, [](const Surface& surface) {
         return share_cells(surface, BlendOptions{}.border_width * surface.cells.size);
       }) {
   for (SiteFile& file : page_files(title, {.live = true})) server_.add(std::move(file));

@@ -183,11 +183,12 @@ Surface ChunkMaker::near_part(SurfaceChunk& chunk, std::size_t number) const {
   return part;
 }
 
-// Cuts the shares to the chunk's faces, and returns the guest cells.
-std::vector<std::uint32_t> ChunkMaker::add_guests(SurfaceChunk& chunk) const {
-  if (!shares_) return {};
+// Cuts the shares to the chunk's faces, and lists the guest cells.
+void ChunkMaker::add_guests(SurfaceChunk& chunk) const {
+  if (!shares_) return;
   const Surface& surface = *snapshot_.surface;
-  std::vector<std::uint32_t> faces = chunk.faces, guests;
+  std::vector<std::uint32_t> faces = chunk.faces;
+  std::vector<std::uint32_t>& guests = chunk.guests;
   for (std::size_t face = 0; face < chunk.snapshot.surface->far_faces; ++face) {
     faces.push_back(static_cast<std::uint32_t>(surface.near_faces() + face));
   }
@@ -228,11 +229,9 @@ std::vector<std::uint32_t> ChunkMaker::add_guests(SurfaceChunk& chunk) const {
     }
   }
   chunk.shares = std::move(shares);
-  chunk.guest_cells = static_cast<std::uint32_t>(guests.size());
-  return guests;
 }
 
-void ChunkMaker::add_tables(SurfaceChunk& chunk, const std::vector<std::uint32_t>& guests) const {
+void ChunkMaker::add_tables(SurfaceChunk& chunk) const {
   const Surface& surface = *snapshot_.surface;
   Snapshot& part = chunk.snapshot;
   std::vector<std::uint32_t> cells = chunk.cells;
@@ -242,7 +241,7 @@ void ChunkMaker::add_tables(SurfaceChunk& chunk, const std::vector<std::uint32_t
   part.cell_seen = picked(snapshot_.cell_seen, cells);
   if (!snapshot_.cell_coverage.empty()) part.cell_coverage = picked(snapshot_.cell_coverage, cells);
   if (!snapshot_.cell_deviation.empty()) part.cell_deviation = picked(snapshot_.cell_deviation, cells);
-  cells.insert(cells.end(), guests.begin(), guests.end());
+  cells.insert(cells.end(), chunk.guests.begin(), chunk.guests.end());
   part.references = {};
   for (const std::uint32_t cell : cells) {
     const auto views = snapshot_.references.of_cell(cell);
@@ -274,7 +273,8 @@ SurfaceChunk ChunkMaker::chunk(std::size_t number) const {
   chunk.snapshot.tiles = snapshot_.tiles;
   chunk.snapshot.vertex_colors = std::move(colors);
   chunk.snapshot.surface = std::make_shared<const Surface>(std::move(part));
-  add_tables(chunk, add_guests(chunk));
+  add_guests(chunk);
+  add_tables(chunk);
   if (places_) chunk.places = picked(*places_, chunk.faces);
   return chunk;
 }

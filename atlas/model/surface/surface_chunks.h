@@ -33,7 +33,7 @@ struct SurfaceChunk {
   std::optional<CellShares> shares;
   std::optional<TexturePlaces> places;
   glm::dvec3 origin{0.0};
-  std::uint32_t guest_cells = 0;  // cells of other chunks, with which faces of this one fade
+  std::vector<std::uint32_t> guests;  // the model's numbers of cells of other chunks, with which faces of this one fade
   // The numbers of its own cells, vertices and faces in the model without the far sphere, ascending. None: they follow
   // those of the chunk before.
   std::vector<std::uint32_t> cells, vertices, faces;
@@ -58,8 +58,8 @@ class ChunkMaker {
   [[nodiscard]] SurfaceChunk chunk(std::size_t number) const;
 
  private:
-  [[nodiscard]] std::vector<std::uint32_t> add_guests(SurfaceChunk& chunk) const;
-  void add_tables(SurfaceChunk& chunk, const std::vector<std::uint32_t>& guests) const;
+  void add_guests(SurfaceChunk& chunk) const;
+  void add_tables(SurfaceChunk& chunk) const;
   [[nodiscard]] Surface near_part(SurfaceChunk& chunk, std::size_t number) const;
 
   const Snapshot& snapshot_;

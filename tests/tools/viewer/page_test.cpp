@@ -8,6 +8,8 @@
 #include <iostream>
 #include <map>
 #include <memory>
+#include <mutex>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <sstream>
 #include <string>
@@ -34,20 +36,39 @@ namespace lumatlas {
 namespace {
 
 constexpr std::size_t kFollowed = 4;  // of the stored ones, of a model that changed
+constexpr double kCornerAt = 3.3;     // x from which the surface is elsewhere, in a version of it
 constexpr std::size_t kFew = 4;       // of the stored ones, of compressed texels
 constexpr std::size_t kWide = 4;      // of the stored ones, from outside of the room
 
-// Two versions of a model that changes, the scene of the second beside the first.
-void add_versions(std::vector<SiteFile>& files) {
-  LiveForm form({ImageFormat::png}, [](const Surface& surface) { return share_cells(surface, surface.cells.size); });
+// The model with the corner of its surface from `least` on, along x, at another place.
+Snapshot with_moved_corner(Snapshot snapshot, double least) {
+  Surface surface = *snapshot.surface;
+  for (glm::vec3& position : surface.mesh.positions) {
+    if (position.x > least) position.x += 2;
+  }
+  for (Cell& cell : surface.cells.cells) {
+    if (cell.centroid.x + cell.radius > least) cell.radius += 2;  // some of its faces may be stretched
+    if (cell.centroid.x > least) cell.centroid.x += 2;
+  }
+  snapshot.surface = std::make_shared<const Surface>(std::move(surface));
+  return snapshot;
+}
+
+// Two versions of a model that changes in a folder, the scene of the second beside the first.
+void add_versions(std::vector<SiteFile>& files, const std::string& folder, const LiveFormOptions& options,
+                  double moved_from) {
+  LiveForm form(
+      options, [&](const Surface& surface) { return share_cells(surface, options.border_width * surface.cells.size); });
+  std::mutex mutex;
   std::map<std::string, SiteFile> parts;
   const PutFormFile put = [&](const FormFile& file) {
     const std::string name = name_by_content(file.stem, file.ending, file.bytes);
+    const std::lock_guard lock(mutex);
     parts.emplace(name, SiteFile{name, file.type, {file.bytes.begin(), file.bytes.end()}});
     return name;
   };
-  for (const SiteFile& file : page_files("live")) files.push_back(in_folder("live", file));
-  Snapshot first = site_model();  // whose last views have not come yet
+  for (const SiteFile& file : page_files("live")) files.push_back(in_folder(folder, file));
+  Snapshot first = with_moved_corner(site_model(), moved_from);  // whose last views have not come yet
   const std::uint32_t first_missing = first.tiles.first_tile[kSiteViews - 4];
   for (std::size_t tile = first_missing; tile < first.tiles.places.size(); ++tile)
     first.tiles.places[tile] = TilePlace::none;
@@ -62,14 +83,17 @@ void add_versions(std::vector<SiteFile>& files) {
   first.views[1] = std::move(moved);
   const std::chrono::seconds enough = std::chrono::hours(1);
   const std::string type = "application/json";
-  files.push_back(text_file("live/tileset.json", type, form.write(first, enough, put).tileset));
-  files.push_back(text_file("live/second.json", type, form.write(site_model(), enough, put).tileset));
-  for (const auto& [name, file] : parts) files.push_back(in_folder("live", file));
+  files.push_back(text_file(folder + "/tileset.json", type, form.write(first, enough, put).tileset));
+  files.push_back(text_file(folder + "/second.json", type, form.write(site_model(), enough, put).tileset));
+  for (const auto& [name, file] : parts) files.push_back(in_folder(folder, file));
 }
 
 std::vector<SiteFile> site_and_test() {
   std::vector<SiteFile> files = site_files();
-  add_versions(files);
+  constexpr double kNowhere = 1e9;
+  add_versions(files, "live", {.photographs = {ImageFormat::png}, .border_width = 1}, kNowhere);
+  LiveFormOptions chunked{.photographs = {ImageFormat::png}, .border_width = 1, .least_chunked = 0, .chunk_cells = 2};
+  add_versions(files, "live-chunked", chunked, kCornerAt);
   files.push_back(cameras_file());
   for (SiteFile& file : test_page_files("page_test.html")) files.push_back(std::move(file));
   return files;
@@ -233,6 +257,17 @@ TEST_CASE("a browser draws what the renderer draws, and follows its visitor") {
   // A page that had an earlier version draws the later one, and did not fetch what had not changed.
   CHECK(agreement(expected, said, "followed-", kFollowed).psnr > kLeastPsnr);
   CHECK(agreement(expected, said, "followed-", kFollowed).other < 0.002);
+  CHECK(agreement(expected, said, "followed-chunked-", kFollowed).psnr > kLeastPsnr);
+  CHECK(agreement(expected, said, "followed-chunked-", kFollowed).other < 0.002);
+  // Some chunks stay, some are drawn with other tables alone, some are new, and some are gone.
+  const auto chunks = nlohmann::json::parse(said.at("chunks-followed"));
+  const auto count = [&](const char* name) { return chunks.at(name).get<int>(); };
+  CHECK(count("same") > 0);
+  CHECK(count("otherTables") > 0);
+  CHECK(count("now") < count("before"));
+  CHECK(count("meshes") == count("now") - count("same") - count("otherTables"));
+  CHECK(count("tables") == count("now") - count("same"));
+  CHECK(count("surfaces") == count("tables"));
   // One's mask is another, and one was moved, for whose new depths its mask is read again.
   CHECK(said.at("fetched-again") ==
         "images/00000-mask.png images/00000.png images/00001-mask.png images/00008-mask.png images/00008.png "

@@ -177,6 +177,7 @@ export interface MeshFile {
 // A file with a chunk.
 export interface ChunkSource extends MeshSource {
   uri: string;
+  described(): Promise<MeshFile>;
 }
 
 // A coarse mesh that stands in for the chunks from `first` to before `end`.
@@ -186,11 +187,26 @@ export interface StandIn {
   end: number;
 }
 
-// The content of a chunk.
+// The files that the mesh and the colours of a chunk are in.
+export interface ChunkParts {
+  mesh: string;
+  colors: string;
+}
+
+// A chunk on the GPU, by the name of its piece.
+export interface DrawnChunk extends ChunkParts {
+  uri: string;
+  box: number[];
+}
+
+// The content of a chunk. Of one whose mesh another one has that is drawn, its colours alone, if they are others.
 export interface Chunk {
   number: number;
   uri: string;
-  mesh: Mesh;
+  parts: ChunkParts;
+  mesh: Mesh | null;
+  like: DrawnChunk | null;
+  colors: Uint8Array<ArrayBuffer> | null;
   tables: Tables;
 }
 
@@ -256,7 +272,8 @@ export interface Mesh {
   corners: Uint32Array<ArrayBuffer>;
   counts: number[];
   behind: number;  // how many of the corners, the last, are drawn a little behind the others
-  offset?: Vector;  // of the input's positions from these, of a mesh that says it
+  offset?: Vector;    // of the input's positions from these, of a mesh that says it
+  hasFar?: boolean;   // it has the far sphere
 }
 
 export interface Tables {

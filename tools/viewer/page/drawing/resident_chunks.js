@@ -10,9 +10,9 @@ import {Pyramid, ballAround} from './pyramid.js';
 import {StandIns} from './stand_ins.js';
 /** @import {Viewer} from '../viewer.js' */
 /** @import {Chunks} from '../reading/chunks.js' */
-/** @import {Camera, Chunk, Mesh, Scene} from '../types.d.ts' */
+/** @import {Camera, Chunk, ChunkParts, DrawnChunk, Mesh, Scene} from '../types.d.ts' */
 
-const CHUNKS_AT_ONCE = 2;      // that are fetched at the same time
+const CHUNKS_AT_ONCE = 6;      // that are fetched at the same time
 const SHARE_OF_TAKING = 3;     // time between two takings of chunks, by the time that one takes
 const UNSEEN = 4;              // how much farther a chunk counts that the camera does not see
 const CLEARLY_FARTHER = 1.25;  // how much farther a chunk is that gives its room to another
@@ -31,6 +31,10 @@ export class ResidentChunks {
     this.center = poseOf(viewer.camera()).position;
     /** @type {Map<number, number>} */
     this.there = new Map();    // bytes on the GPU, of the chunks that are drawn
+    /** @type {Map<number, ChunkParts>} */
+    this.parts = new Map();    // of the chunks that are drawn
+    /** @type {Map<string, DrawnChunk>} */
+    this.former = new Map();   // chunks of the version before, by the files of their meshes
     /** @type {Set<number>} */
     this.coming = new Set();
     /** @type {Set<number>} */
@@ -240,7 +244,7 @@ export class ResidentChunks {
     const {viewer} = this;
     this.coming.add(number);
     try {
-      const chunk = await this.chunks.load(number, this.scene);
+      const chunk = await this.chunks.load(number, this.scene, this.former);
       this.expect();
       this.read.push(chunk);
       if (number === 0) {
@@ -260,27 +264,32 @@ export class ResidentChunks {
     if (isTime && !this.waits) this.take();
   }
 
-  // Draws the chunks that were read, in the place of those that are clearly less needed.
-  take() {
+  // Draws the chunks that were read, in the place of those that are clearly less needed. `gone`: the boxes of chunks
+  // that were drawn before.
+  /** @param {number[][]} gone */
+  take(gone = []) {
     const {surface} = this.renderer;
     const start = performance.now();
     const chunks = this.read.splice(0);
-    if (chunks.length === 0) return;
-    /** @type {number[]} */
-    const changed = chunks.map(({number}) => number);
+    if (chunks.length + gone.length === 0) return;
+    const changed = chunks.filter(({like}) => !like).map(({number}) => number);
     const bytes = chunks.reduce((sum, {number}) => sum + this.estimate(number), 0);
     changed.push(...this.makeRoom(bytes));
-    for (const {number, uri, mesh, tables} of chunks) {
-      surface.setMesh(uri, mesh);
+    for (const {number, uri, parts, mesh, like, colors, tables} of chunks) {
+      if (like) surface.rename(like.uri, uri);
+      if (mesh) surface.setMesh(uri, mesh);
+      if (colors) surface.setColors(uri, colors);
       surface.setTables(uri, tables);
       this.there.set(number, surface.bytesOf(uri));
-      this.viewer.noteOffset(mesh);
+      this.parts.set(number, parts);
+      if (mesh) this.viewer.noteOffset(mesh);
     }
     this.count += chunks.length;
     if (this.room === Infinity) this.takeRoom();
     this.dropStandIns();
     this.drawCoarse();
-    this.viewer.surfaceChanged(changed.includes(0) ? null : changed.map((number) => this.chunks.boxes[number]));
+    const boxes = [...gone, ...changed.map((number) => this.chunks.boxes[number])];
+    this.viewer.surfaceChanged(chunks.some(({mesh}) => mesh?.hasFar) ? null : boxes);
     const now = performance.now();
     this.taken = {at: now, ms: now - start};
     this.begin();
@@ -306,6 +315,7 @@ export class ResidentChunks {
       const {number} = /** @type {{number: number}} */ (farthest.pop());
       taken -= this.there.get(number) ?? 0;
       this.there.delete(number);
+      this.parts.delete(number);
       this.renderer.surface.remove(this.chunks.sources[number].uri);
       dropped.push(number);
     }
@@ -321,16 +331,23 @@ export class ResidentChunks {
     }
   }
 
-  // Keeps the chunks of another version that this one has too, which the GPU has already.
+  // Keeps the chunks of another version that this one has too, which the GPU has already, and notes the others, whose
+  // meshes chunks of this version may have.
   /** @param {ResidentChunks} before */
   keepFrom(before) {
-    this.room = before.room;
-    this.roomForStandIns = before.roomForStandIns;
-    const kept = new Map([...before.there].map(([number, bytes]) => [before.chunks.sources[number].uri, bytes]));
-    this.chunks.sources.forEach(({uri}, number) => {
-      const bytes = kept.get(uri);
-      if (bytes !== undefined) this.there.set(number, bytes);
-    });
+    const numbers = new Map(this.chunks.sources.map(({uri}, number) => [uri, number]));
+    for (const [number, bytes] of before.there) {
+      const {uri} = before.chunks.sources[number];
+      const parts = before.parts.get(number);
+      const now = numbers.get(uri);
+      if (now !== undefined) {
+        this.there.set(now, bytes);
+        if (parts) this.parts.set(now, parts);
+      } else if (parts) {
+        this.former.set(parts.mesh, {...parts, uri, box: before.chunks.boxes[number]});
+      }
+    }
+    if (before.room < Infinity) this.takeRoom();
   }
 
   // Reads what a camera needs of another version, without drawing it. Resolves to whether all of it could be had.
@@ -347,9 +364,12 @@ export class ResidentChunks {
   replaceAll(coarse) {
     const {surface} = this.renderer;
     const kept = new Set([...this.there.keys()].map((number) => this.chunks.sources[number].uri));
+    for (const {like} of this.read) if (like) kept.add(like.uri);
     surface.removeAllBut(kept);
+    const gone = [...this.former.values()].map(({box}) => box);
+    this.former.clear();
     if (coarse) this.setCoarse(coarse);
-    this.take();
+    this.take(gone);
     this.drawCoarse();
   }
 }

@@ -48,6 +48,15 @@ export class Surface {
     this.pieces.get(name)?.setColors(colors);
   }
 
+  // Gives a piece another name, which none has.
+  /** @param {string} before @param {string} name */
+  rename(before, name) {
+    const piece = this.pieces.get(before);
+    if (!piece) return;
+    this.pieces.delete(before);
+    this.pieces.set(name, piece);
+  }
+
   /** @param {string} name */
   remove(name) {
     this.pieces.get(name)?.release();

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // A surface in chunks, each a file of its own, and the faces of a coarse mesh that stand in where some are missing.
-/** @import {Chunk, ChunkSource, Mesh, MeshFile, Scene, StandIn} from '../types.d.ts' */
+/** @import {Chunk, ChunkSource, DrawnChunk, Mesh, MeshFile, Scene, StandIn} from '../types.d.ts' */
 
 // Returns the squared distances of a point from a box (least x, y, z, then most) and from the box's middle.
 /** @param {number[]} box @param {ArrayLike<number>} point */
@@ -110,11 +110,19 @@ export class Chunks {
     return mesh;
   }
 
-  // Reads a chunk and lets go of its file.
-  /** @param {number} number @param {Scene} scene @returns {Promise<Chunk>} */
-  async load(number, scene) {
+  // Reads a chunk and lets go of its file. `drawn`: chunks by the files of their meshes, of which it takes out the one
+  // whose mesh is not read again.
+  /** @param {number} number @param {Scene} scene @param {Map<string, DrawnChunk>} drawn @returns {Promise<Chunk>} */
+  async load(number, scene, drawn) {
     const source = this.sources[number];
-    const chunk = {number, uri: source.uri, mesh: await source.mesh(), tables: await source.tables(scene)};
+    const {file, colors} = await source.described();
+    const like = drawn.get(file) ?? null;
+    drawn.delete(file);
+    const tables = await source.tables(scene);
+    const chunk = {
+      number, uri: source.uri, parts: {mesh: file, colors}, like, mesh: like ? null : await source.mesh(),
+      colors: like && like.colors !== colors ? await source.colors() : null, tables,
+    };
     await source.release();
     return chunk;
   }

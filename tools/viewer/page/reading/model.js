@@ -218,7 +218,8 @@ class SurfaceSource {
     this.opened = gltf && Promise.resolve(gltf);
   }
 
-  // The names of the files that hold mesh, colours and tables. A .gltf is small, and names its buffers' files.
+  // The names of the files that hold mesh, colours and tables. A .gltf is small, and names its buffers' files; its
+  // origin says where the mesh is.
   /** @returns {Promise<MeshFile>} */
   async described() {
     const version = this.kept ? ` ${digest(JSON.stringify((await this.open()).json))}` : '';
@@ -227,8 +228,10 @@ class SurfaceSource {
     this.kept = true;
     const gltf = await this.open();
     const [primitive] = primitivesOf(gltf, null);
+    const {origin = []} = propertiesOf(gltf);
+    const mesh = gltf.bufferName(primitive.attributes.POSITION);
     return {
-      file: gltf.bufferName(primitive.attributes.POSITION), colors: gltf.bufferName(colorOf(primitive)),
+      file: [mesh, ...origin].join(' '), colors: gltf.bufferName(colorOf(primitive)),
       tables: gltf.bufferName(propertiesOf(gltf).cellSeen), source: this, chunks: null,
     };
   }
@@ -256,7 +259,8 @@ class SurfaceSource {
     const primitives = this.coarse === null ? primitivesOf(gltf, properties) :
       [/** @type {NonNullable<typeof gltf.json.meshes>} */ (gltf.json.meshes)[this.coarse].primitives[0]];
     await gltf.load(meshAccessors(primitives, properties));
-    return {...meshOf(gltf, primitives, properties), offset: properties?.offset};
+    const mesh = meshOf(gltf, primitives, properties);
+    return {...mesh, offset: properties?.offset, hasFar: primitives.length > 1};
   }
 
   async colors() {

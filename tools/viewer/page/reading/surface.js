@@ -65,9 +65,11 @@ export function meshAccessors(primitives, properties) {
   return [...ofAll, ...ofWhole];
 }
 
+// The accessors of a surface's tables, with those of its mesh that are in the same buffer where it has several.
 /** @param {SurfaceProperties} properties */
-export function tableAccessors({cellSeen, referenceOffsets, references, cellDeviation, resident, zoneCells}) {
-  return [cellSeen, referenceOffsets, references, cellDeviation, resident, zoneCells]
+export function tableAccessors(properties) {
+  const {cellSeen, referenceOffsets, references, cellDeviation, resident, vertexCopies, zoneCells} = properties;
+  return [cellSeen, referenceOffsets, references, cellDeviation, resident, vertexCopies, zoneCells]
       .filter((number) => number !== undefined);
 }
 
