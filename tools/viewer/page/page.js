@@ -231,7 +231,7 @@ async function main(canvas) {
   };
   try {
     const {live, model, pageFile} = document.documentElement.dataset;
-    const memory = wanted > 0 ? wanted : defaultMemory();
+    const memory = wanted > 0 ? wanted : defaultMemory(Boolean(live));
     const options = {memory, texels: asked.get('texels') ?? 'auto', live, model, texts};
     const viewer = new Viewer(canvas, {base: document.baseURI, ...options});
     const page = connect(viewer);

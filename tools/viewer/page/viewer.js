@@ -9,7 +9,7 @@ import {makeLayout} from './drawing/layout.js';
 import {Losses} from './reading/losses.js';
 import {loadColors, loadMesh, loadScene, loadShaders, loadTables, viewsOf, withAllViews} from './reading/model.js';
 import {Navigation} from './navigation.js';
-import {texelForm} from './drawing/photograph_forms.js';
+import {PLAIN, texelForm} from './drawing/photograph_forms.js';
 import {Photographs} from './drawing/photographs.js';
 import {PictureSizes} from './drawing/picture_sizes.js';
 import {Renderer, partsOf} from './drawing/renderer.js';
@@ -46,9 +46,14 @@ const FIELD_OF_VIEW = 50;   // degrees
 const RAY_FOV = 1;          // degrees of the one pixel that looks along a ray
 const PHONE_MIB = 100;      // GPU memory that a phone gives a page without closing others
 const DESKTOP_MIB = 200;
+const LIVE_MIB = 400;       // the same for a model that changes, whose photographs are not compressed
+const MOST_PLAIN = 1 / 2;   // share of the memory, for photographs that are not compressed
 
 // MiB that a viewer may use on this device's GPU unless its page says otherwise.
-export const defaultMemory = () => matchMedia('(pointer: coarse)').matches ? PHONE_MIB : DESKTOP_MIB;
+export function defaultMemory(isLive = false) {
+  if (matchMedia('(pointer: coarse)').matches) return PHONE_MIB;
+  return isLive ? LIVE_MIB : DESKTOP_MIB;
+}
 
 /** @param {number} ms */
 const sleep = (ms) => new Promise((resolve) => setTimeout(resolve, ms));
@@ -508,6 +513,7 @@ export class Viewer {
       this.resident = tables.resident;
     }
     const {resident} = this;
+    if (!renderer.photographs) this.chooseForm(scene);
     if (this.scene !== scene) {
       this.residents.askAgain();
       this.losses.clear();
@@ -523,6 +529,16 @@ export class Viewer {
       this.residents.forget();
     }
     this.invalidate();
+  }
+
+  // Photographs of a model that changes come again whenever their masks change. So they are not compressed, which takes
+  // long, where half of the memory has room for all as they are: the surface may still grow.
+  /** @param {Scene} scene */
+  chooseForm(scene) {
+    if (!this.live || (this.texels ?? 'auto') !== 'auto') return;
+    const plain = texelForm(this.gl, PLAIN);
+    const layout = makeLayout(scene, plain, MOST_PLAIN * this.memory * MEBIBYTE, 1);
+    if (layout.scale === 1 && layout.count === scene.views.length) this.form = plain;
   }
 
   // Asks for other versions until there will be none. `silent` is told whether the program that changes the model does

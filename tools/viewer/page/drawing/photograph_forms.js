@@ -4,7 +4,7 @@
 import {TextError} from '../texts/texts.js';
 /** @import {TexelForm} from '../types.d.ts' */
 
-const PLAIN = 'rgb8';
+export const PLAIN = 'rgb8';
 /** @type {Record<string, {extension: string, format: string}>} */
 const BLOCKS = {
   bc7: {extension: 'EXT_texture_compression_bptc', format: 'COMPRESSED_SRGB_ALPHA_BPTC_UNORM_EXT'},
