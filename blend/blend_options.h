@@ -40,6 +40,8 @@ inline constexpr double kEvenSlope = 4;
 
 // The surface bends by more than this many pixel widths at a silhouette, see supersampling.h. Shared with the shader.
 inline constexpr double kSilhouetteBend = 4;
+// Samples of a pixel at a silhouette are of one surface up to this, see supersampling.h. Shared with the shader.
+inline constexpr double kSameSurface = 2;
 
 // The angles between novel and stored camera, seen from a point at a rim, at which the stored one's weight begins to
 // fall, and is 0; shared with the shader as cosines.

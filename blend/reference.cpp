@@ -327,10 +327,19 @@ std::vector<Shaded> shade_all(const Picture& picture) {
   return shade(picture, std::vector<std::uint8_t>(picture.visible.face.size(), 1));
 }
 
-void add_seen(const std::vector<Shaded>& samples, std::vector<glm::dvec4>& sums) {
+// Adds the colours of samples, each as often as it counts, and how often that is.
+void add_counted(const std::vector<Shaded>& samples, const std::vector<std::uint8_t>& counts,
+                 std::vector<glm::dvec4>& sums) {
   for (std::size_t i = 0; i < sums.size(); ++i) {
-    if (samples[i].state != PixelState::empty) sums[i] += glm::dvec4(samples[i].color, 1);
+    if (samples[i].state != PixelState::empty)
+      sums[i] += static_cast<double>(counts[i]) * glm::dvec4(samples[i].color, 1);
   }
+}
+
+// The colours as they are once they are stored in 8 bits.
+std::vector<Shaded> cut_off(std::vector<Shaded> pixels) {
+  for (Shaded& pixel : pixels) pixel.color = glm::clamp(pixel.color, 0.0, 1.0);
+  return pixels;
 }
 
 void take_means(const std::vector<glm::dvec4>& sums, std::vector<Shaded>& pixels) {
@@ -457,9 +466,16 @@ Rendering render_reference(const Snapshot& snapshot, const Camera& camera, const
   const std::vector<std::uint8_t> sampled = options.antialias == BlendOptions::Antialias::all
                                                 ? std::vector<std::uint8_t>(pixels.size(), 1)
                                                 : silhouettes(camera, visible);
+  std::vector<VisibilityBuffer> visible_samples;
+  const std::vector<Camera> samples = sample_cameras(camera, options.supersample);
+  visible_samples.reserve(samples.size());
+  for (const Camera& sample : samples) visible_samples.push_back(visibility.trace(sample));
+  const SampleCounts counts = sample_counts(camera, visible, visible_samples, sampled, options.antialias);
   std::vector<glm::dvec4> sums(pixels.size(), glm::dvec4(0));  // colour, and how many samples see the surface
-  for (const Camera& sample : sample_cameras(camera, options.supersample)) {
-    add_seen(shade({source, sample, visibility.trace(sample), options, shares}, sampled), sums);
+  add_counted(cut_off(pixels), counts.middle, sums);
+  for (std::size_t i = 0; i < samples.size(); ++i) {
+    add_counted(shade({source, samples[i], visible_samples[i], options, shares}, counts.samples[i]), counts.samples[i],
+                sums);
   }
   take_means(sums, pixels);
   return with_soft_edges(rounded(camera, pixels), snapshot, camera, visible, options);

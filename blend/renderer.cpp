@@ -239,7 +239,8 @@ struct Renderer::State {
   void draw_screen(GLuint program, const GlTexture& surfaces) const;
   void draw_blend(const ColorTargets& target, const BlendOptions& options, Output output);
   void mark_sampled(const ColorTargets& target);
-  void draw_samples(const ColorTargets& target, const BlendOptions& options, Output output);
+  void copy_colors(ColorTargets& target, Output output);
+  void draw_samples(ColorTargets& target, const BlendOptions& options, Output output);
   void soften_edges(ColorTargets& target, Output output);
   void draw_part(ColorTargets& target, const BlendOptions& options, Output output);
   void copy_part(const PicturePart& part) const;
@@ -498,11 +499,24 @@ void Renderer::State::mark_sampled(const ColorTargets& target) {
   tell("silhouettes");
 }
 
+// Copies the part's picture to where a pass can read it that changes it.
+void Renderer::State::copy_colors(ColorTargets& target, Output output) {
+  add_copy(targets, target, output == Output::srgb ? GL_RGBA8 : GL_RGBA32F);
+  const auto width = static_cast<GLint>(targets.width), height = static_cast<GLint>(targets.height);
+  glBindFramebuffer(GL_READ_FRAMEBUFFER, target.pass.get());
+  glReadBuffer(GL_COLOR_ATTACHMENT0);
+  glBindFramebuffer(GL_DRAW_FRAMEBUFFER, target.copy_pass.get());
+  glBlitFramebuffer(0, 0, width, height, 0, 0, width, height, GL_COLOR_BUFFER_BIT, GL_NEAREST);
+}
+
 // Means over samples in place of the middles' colours, whose states stay, where the middles' surface says so.
-void Renderer::State::draw_samples(const ColorTargets& target, const BlendOptions& options, Output output) {
+void Renderer::State::draw_samples(ColorTargets& target, const BlendOptions& options, Output output) {
   add_samples(targets, options.supersample);
   mark_sampled(target);
   draw_surface(targets.samples, options.supersample);
+  copy_colors(target, output);
+  bind_texture(TextureUnit::middles, GL_TEXTURE_2D, targets.middles.surface);
+  bind_texture(TextureUnit::middle_colors, GL_TEXTURE_2D, target.copy);
   glBindFramebuffer(GL_FRAMEBUFFER, target.pass.get());
   glViewport(0, 0, static_cast<GLsizei>(targets.width), static_cast<GLsizei>(targets.height));
   glEnable(GL_STENCIL_TEST);
@@ -520,7 +534,7 @@ void Renderer::State::draw_samples(const ColorTargets& target, const BlendOption
 // Blurs the part's picture across depth edges, as the middles' surface tells.
 void Renderer::State::soften_edges(ColorTargets& target, Output output) {
   if (!(tables->most_edge_deviation > 0)) return;
-  add_soft_edges(targets, target, output == Output::linear ? GL_RGBA32F : GL_RGBA8);
+  add_soft_edges(targets);
   const auto width = static_cast<GLsizei>(targets.width);
   const auto height = static_cast<GLsizei>(targets.height);
   constexpr std::array<GLuint, 4> kNoEdge{};
@@ -534,11 +548,9 @@ void Renderer::State::soften_edges(ColorTargets& target, Output output) {
   glBindFramebuffer(GL_FRAMEBUFFER, targets.edge_rows_pass.get());
   glClearBufferuiv(GL_COLOR, 0, kNoEdge.data());
   draw_screen(programs.get({.pass = Pass::edge_rows}), targets.edges);
-  glBindFramebuffer(GL_READ_FRAMEBUFFER, target.pass.get());
-  glBindFramebuffer(GL_DRAW_FRAMEBUFFER, target.sharp_pass.get());
-  glBlitFramebuffer(0, 0, width, height, 0, 0, width, height, GL_COLOR_BUFFER_BIT, GL_NEAREST);
+  copy_colors(target, output);
   glBindFramebuffer(GL_FRAMEBUFFER, target.pass.get());
-  bind_texture(TextureUnit::photographs, GL_TEXTURE_2D, target.sharp);
+  bind_texture(TextureUnit::photographs, GL_TEXTURE_2D, target.copy);
   glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_FALSE);
   draw_screen(programs.get({.pass = Pass::soft_edges, .output = output}), targets.edge_rows);
   glColorMask(GL_TRUE, GL_TRUE, GL_TRUE, GL_TRUE);

@@ -142,8 +142,8 @@ void GlStateGuard::note_uniform_buffer() {
 // Samplers of the caller's would decide how our textures are read.
 void GlStateGuard::note_units() {
   active_texture_ = number(GL_ACTIVE_TEXTURE);
-  for (GLuint i = 0; i <= static_cast<GLuint>(TextureUnit::tile_slots) + 1; ++i) {
-    const GLuint unit = i <= static_cast<GLuint>(TextureUnit::tile_slots) ? i : kSpareUnit;
+  for (GLuint i = 0; i <= static_cast<GLuint>(kLastUnit) + 1; ++i) {
+    const GLuint unit = i <= static_cast<GLuint>(kLastUnit) ? i : kSpareUnit;
     glActiveTexture(GL_TEXTURE0 + unit);
     units_.push_back(
         {unit, number(GL_TEXTURE_BINDING_2D), number(GL_TEXTURE_BINDING_2D_ARRAY), number(GL_SAMPLER_BINDING)});

@@ -67,12 +67,14 @@ void add_samples(PartTargets& targets, std::uint32_t across) {
   targets.bytes += pixels_of(targets) * kSurfaceBytes * across * across;
 }
 
-void add_soft_edges(PartTargets& targets, ColorTargets& colors, GLenum format) {
-  if (colors.sharp_pass.get() == 0) {
-    colors.sharp = texture_for(targets, format);
-    colors.sharp_pass = make_framebuffer({&colors.sharp}, nullptr);
-    if (&colors == &targets.colors) targets.bytes += pixels_of(targets) * kColorBytes;
-  }
+void add_copy(PartTargets& targets, ColorTargets& colors, GLenum format) {
+  if (colors.copy_pass.get() != 0) return;
+  colors.copy = texture_for(targets, format);
+  colors.copy_pass = make_framebuffer({&colors.copy}, nullptr);
+  if (&colors == &targets.colors) targets.bytes += pixels_of(targets) * kColorBytes;
+}
+
+void add_soft_edges(PartTargets& targets) {
   if (targets.edge_rows_pass.get() != 0) return;
   targets.edges = texture_for(targets, GL_R32UI);
   targets.edges_pass = make_framebuffer({&targets.edges}, nullptr);

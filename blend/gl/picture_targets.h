@@ -21,9 +21,9 @@ struct SurfaceTargets {
 struct ColorTargets {
   GlTexture picture;
   GlFramebuffer pass;
-  // The picture before it is blurred at depth edges. Made when first asked for.
-  GlTexture sharp;
-  GlFramebuffer sharp_pass;
+  // The picture before a pass that reads and changes it. Made when first asked for.
+  GlTexture copy;
+  GlFramebuffer copy_pass;
 };
 
 // What a part of a picture is drawn into. The middles' stencil tells which pixels are blended how; the samples' is a
@@ -53,8 +53,9 @@ struct WholeTarget {
 [[nodiscard]] PartTargets make_part_targets(std::uint32_t width, std::uint32_t height);
 [[nodiscard]] WholeTarget make_whole_target(std::uint32_t width, std::uint32_t height);
 void add_samples(PartTargets& targets, std::uint32_t across);
-// `colors`: those whose picture is blurred, of `format`.
-void add_soft_edges(PartTargets& targets, ColorTargets& colors, GLenum format);
+// `colors`: those whose picture is copied, of `format`.
+void add_copy(PartTargets& targets, ColorTargets& colors, GLenum format);
+void add_soft_edges(PartTargets& targets);
 // Returns colours of RGBA32F for the same part.
 [[nodiscard]] ColorTargets make_float_colors(const PartTargets& targets);
 

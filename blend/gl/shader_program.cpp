@@ -23,8 +23,9 @@ namespace lumatlas {
 
 namespace {
 
-constexpr std::array kSamplers{"photographs", "depths",     "surfaces", "zones",
-                               "cells",       "references", "views",    "tile_slots"};  // in the order of TextureUnit
+constexpr std::array kSamplers{
+    "photographs", "depths", "surfaces",   "zones",   "cells",
+    "references",  "views",  "tile_slots", "middles", "middle_colors"};  // in the order of TextureUnit
 
 std::string definition(std::string_view name, const std::string& value) {
   return "#define " + std::string(name) + " " + value + "\n";
@@ -105,7 +106,7 @@ std::string shared_definitions() {
          definition("EVEN", constant(kEven)) + definition("EVEN_SLOPE", constant(kEvenSlope)) +
          definition("FADE_PENALTY", constant(kFadePenalty)) + definition("LEAST_FADED", constant(kLeastFaded)) +
          definition("FAR_FRAME_FADE", constant(kFarFrameFade)) + definition("CLIPPED_FROM", constant(kClippedFrom)) +
-         definition("SILHOUETTE_BEND", constant(kSilhouetteBend)) +
+         definition("SILHOUETTE_BEND", constant(kSilhouetteBend)) + definition("SAME_SURFACE", constant(kSameSurface)) +
          definition("SOFT_EDGE_SINE", constant(std::sin(glm::radians(kSoftEdgeDegrees)))) +
          definition("MOST_EDGE_BLUR", constant(kMostEdgeBlur)) + definition("EDGE_BEND", constant(kEdgeBend)) +
          definition("BLUR_FALL", constant(kBlurFall)) + definition("EDGE_REACH", std::to_string(kEdgeReach)) +

@@ -48,7 +48,19 @@ struct ProgramKey {
 };
 
 // The texture units of the shaders' samplers, named as there.
-enum class TextureUnit : std::uint8_t { photographs, depths, surfaces, zones, cells, references, views, tile_slots };
+enum class TextureUnit : std::uint8_t {
+  photographs,
+  depths,
+  surfaces,
+  zones,
+  cells,
+  references,
+  views,
+  tile_slots,
+  middles,
+  middle_colors
+};
+inline constexpr auto kLastUnit = TextureUnit::middle_colors;
 
 // `#define` lines of the numbers that the shaders have in common with C++, the same for every pass.
 [[nodiscard]] std::string shared_definitions();

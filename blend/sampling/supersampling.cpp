@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 #include "blend/sampling/supersampling.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <stdexcept>
@@ -38,6 +39,12 @@ bool at_silhouette(const Camera& camera, const VisibilityBuffer& visible, int x,
   return false;
 }
 
+// A colour that stands for a surface in a pixel.
+struct Standing {
+  double depth;
+  std::uint8_t* count;
+};
+
 }  // namespace
 
 std::vector<Camera> sample_cameras(const Camera& camera, std::uint32_t across) {
@@ -71,6 +78,31 @@ std::vector<std::uint8_t> silhouettes(const Camera& camera, const VisibilityBuff
     }
   }
   return flags;
+}
+
+SampleCounts sample_counts(const Camera& camera, const VisibilityBuffer& visible,
+                           std::span<const VisibilityBuffer> samples, const std::vector<std::uint8_t>& sampled,
+                           BlendOptions::Antialias antialias) {
+  const bool each = antialias == BlendOptions::Antialias::all;
+  SampleCounts counts;
+  counts.middle.resize(sampled.size());
+  counts.samples.assign(samples.size(), std::vector<std::uint8_t>(sampled.size()));
+  for (std::size_t pixel = 0; pixel < sampled.size(); ++pixel) {
+    if (sampled[pixel] == 0 || visible.face[pixel] == FaceId::none) continue;
+    std::vector<Standing> colors;
+    if (!each) colors.push_back({visible.depth[pixel], &counts.middle[pixel]});
+    for (std::size_t i = 0; i < samples.size(); ++i) {
+      if (samples[i].face[pixel] == FaceId::none) continue;
+      const double depth = samples[i].depth[pixel];
+      const auto found = std::find_if(colors.begin(), colors.end(), [&](const Standing& color) {
+        return !each && camera.fx * std::abs(color.depth / depth - 1) < kSameSurface;
+      });
+      std::uint8_t* const count = found != colors.end() ? found->count : &counts.samples[i][pixel];
+      if (found == colors.end()) colors.push_back({depth, count});
+      ++*count;
+    }
+  }
+  return counts;
 }
 
 BlendOptions at_middle(const BlendOptions& options) {

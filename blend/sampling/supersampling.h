@@ -19,9 +19,17 @@
 // far the surface bends away from the plane of the neighbours, in widths of a pixel at its depth. Steps in depth bend
 // it that much; creases only if one side is nearly edge-on (a right angle seen from its middle gives 2). A surface
 // narrower than a pixel that no middle sees goes unnoticed.
+//
+// There a colour counts as often as samples see its surface, and no sample is shaded that another one stands for: the
+// samples of the middle's surface have the middle's colour, as it is shown, and those of any other surface the colour
+// of the first of them, from the top left. With Antialias::all each sample has its own. A sample with depth z' is of
+// the surface at z if
+//
+//   f |z / z' - 1| < kSameSurface.
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "blend/blend_options.h"
@@ -38,6 +46,18 @@ namespace lumatlas {
 // Returns 1 for each pixel at a silhouette, else 0. Throws std::invalid_argument unless `visible` has a depth and a
 // face for each pixel of the camera's image.
 [[nodiscard]] std::vector<std::uint8_t> silhouettes(const Camera& camera, const VisibilityBuffer& visible);
+
+// For each pixel, how often its middle's colour counts, and the colour of each of its samples.
+struct SampleCounts {
+  std::vector<std::uint8_t> middle;
+  std::vector<std::vector<std::uint8_t>> samples;  // in the order of sample_cameras()
+};
+
+// `visible`, and one of `samples` for each of sample_cameras(): what the camera and they see. Pixels that are not
+// `sampled` have 0 everywhere. All must be of the camera's size.
+[[nodiscard]] SampleCounts sample_counts(const Camera& camera, const VisibilityBuffer& visible,
+                                         std::span<const VisibilityBuffer> samples,
+                                         const std::vector<std::uint8_t>& sampled, BlendOptions::Antialias antialias);
 
 // The same options for one sample a pixel, at its middle.
 [[nodiscard]] BlendOptions at_middle(const BlendOptions& options);

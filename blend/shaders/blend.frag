@@ -2,9 +2,9 @@
 // Second pass: each visible pixel is the mean of the BLENDED_VIEWS best valid views that its cells refer to. Erat et
 // al. 2019, section 3.1; the same formula as blend/reference.cpp. CELLS is how many cells of a zone are looked at, 1, 2
 // or 4. A view that several of them refer to is looked at once, and only views that count are asked for colour. In the
-// variant SAMPLES a pixel is the mean over its samples; where none sees the surface, it stays what it was. In the
-// variant ONE_CELL all cells of a zone count as one, to which all their references belong, and do not fade into each
-// other.
+// variant SAMPLES a pixel is the mean over its samples; where none sees another surface than its middle, it stays what
+// it was. In the variant ONE_CELL all cells of a zone count as one, to which all their references belong, and do not
+// fade into each other.
 
 #include "picture.glsl"
 #include "fetches.glsl"
@@ -17,10 +17,9 @@ uniform usampler2D surfaces;
 
 #ifdef SAMPLES
 #define SAMPLES_ACROSS float(samples.y)
-#ifdef LATE_STENCIL
 #include "silhouettes.glsl"
-uniform usampler2D middles;  // the surface at the middles of pixels
-#endif
+uniform usampler2D middles;       // the surface at the middles of pixels
+uniform sampler2D middle_colors;  // what is shown of that, as `picture`
 #else
 #define SAMPLES_ACROSS 1.0
 #endif
@@ -216,25 +215,67 @@ vec4 shade(Surface surface, vec2 image) {
 }
 
 #ifdef SAMPLES
-vec4 shown() {
-  vec4 sum = vec4(0.0);
-  ivec2 first = ivec2(gl_FragCoord.xy) * samples.y;
-  int sample_number = 0;
-  int count = samples.y * samples.y;
-#ifdef LATE_STENCIL
-  if (!is_sampled(middles, ivec2(gl_FragCoord.xy))) count = 0;
-#endif
-  while (sample_number < count) {
-    ivec2 at = first + ivec2(sample_number % samples.y, sample_number / samples.y);
-    Surface surface = surface_of(texelFetch(surfaces, at, 0));
-    vec2 image = (vec2(at) + 0.5) / float(samples.y);
-    bool seen = surface.zone != kNothing;
-    if (!seen) surface.zone = 0u;
-    vec4 color = shade(surface, vec2(image.x, center.w - image.y));
-    if (seen) sum += vec4(color.rgb, 1.0);
-    ++sample_number;
+// Returns the texel of a sample of the pixel, from the top left on, as sample_cameras() counts them.
+ivec2 texel_of_sample(ivec2 first, int i) {
+  int row = int(quotient(vec2(i), vec2(samples.y)).x);
+  return first + ivec2(i - row * samples.y, samples.y - 1 - row);
+}
+
+// Returns those of some samples of the pixel, in bits, that are of the surface at depth z.
+uint samples_of(float z, ivec2 first, uint among) {
+  uint same = 0u;
+  int i = 0;
+  for (uint rest = among; rest != 0u; rest >>= 1) {
+    bool is_same = is_same_surface(z, depth_at(surfaces, texel_of_sample(first, i)));
+    if ((rest & 1u) != 0u && is_same) same |= 1u << i;
+    ++i;
   }
-  if (!(sum.w > 0.0)) discard;
+  return same;
+}
+
+float count_of(uint bits) {
+  float count = 0.0;
+  for (; bits != 0u; bits &= bits - 1u) count += 1.0;
+  return count;
+}
+
+vec3 middle_light(ivec2 pixel) {
+  vec3 color = texelFetch(middle_colors, pixel, 0).rgb;
+#ifdef LINEAR
+  return color;
+#else
+  return linear_from_srgb(color);
+#endif
+}
+
+// Samples that are of the middle's surface have its colour, and of those of another surface the first is shaded. With
+// samples everywhere each is shaded, so that photographs too are sampled that finely.
+vec4 shown() {
+  ivec2 pixel = ivec2(gl_FragCoord.xy);
+  ivec2 first = pixel * samples.y;
+  int across = samples.y;
+#ifdef LATE_STENCIL
+  if (!is_sampled(middles, pixel)) across = 0;
+#endif
+  uint seen = 0u;
+  for (int i = 0; i < across * across; ++i) {
+    if (depth_at(surfaces, texel_of_sample(first, i)) > 0.0) seen |= 1u << i;
+  }
+  uint of_middle = samples.z != 0 ? 0u : samples_of(depth_at(middles, pixel), first, seen);
+  if (of_middle == seen) discard;
+  float count = count_of(of_middle);
+  vec4 sum = vec4(0.0);
+  if (count > 0.0) sum = count * vec4(middle_light(pixel), 1.0);
+  uint left = seen & ~of_middle;
+  while (left != 0u) {
+    int i = int(count_of((left & -left) - 1u));
+    ivec2 at = texel_of_sample(first, i);
+    Surface surface = surface_of(texelFetch(surfaces, at, 0));
+    uint of_surface = samples.z != 0 ? left & -left : samples_of(surface.z, first, left);
+    vec2 image = (vec2(at) + 0.5) / float(samples.y);
+    sum += count_of(of_surface) * vec4(shade(surface, vec2(image.x, center.w - image.y)).rgb, 1.0);
+    left &= ~of_surface;
+  }
   return vec4(sum.rgb / sum.w, 0.0);
 }
 #else

@@ -1,5 +1,5 @@
 // Says which pixels are means over samples: those at silhouettes, as silhouettes() in supersampling.cpp has it, or all
-// that show a surface.
+// that show a surface; and which samples of such a pixel are of one surface.
 
 // 0 where no surface is.
 float depth_at(usampler2D surfaces, ivec2 pixel) {
@@ -27,4 +27,9 @@ bool is_sampled(usampler2D surfaces, ivec2 pixel) {
   if (!(z > 0.0)) return false;
   return samples.z != 0 || bends(surfaces, pixel, z, ivec2(1, 0)) || bends(surfaces, pixel, z, ivec2(0, 1)) ||
          bends(surfaces, pixel, z, ivec2(1, 1)) || bends(surfaces, pixel, z, ivec2(1, -1));
+}
+
+// Returns whether the surface at a sample with depth `other` counts as the one at a depth `z` of the same pixel.
+bool is_same_surface(float z, float other) {
+  return intrinsics.x * abs(z / other - 1.0) < SAME_SURFACE;
 }

@@ -7,6 +7,7 @@ import {ContextLost, GlObjects} from './gl_objects.js';
 const SAMPLERS = [
   'photographs', 'depths', 'surfaces', 'zones', 'cells', 'references', 'views', 'tile_slots', 'image', 'mask',
   'diagnosis', 'seen_depths', 'variances', 'sharp', 'fine', 'coarse', 'middles',
+  'middle_colors',
 ];
 /** @param {string} name */
 export const unitOf = (name) => SAMPLERS.indexOf(name);

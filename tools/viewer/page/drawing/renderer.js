@@ -402,10 +402,27 @@ export class Renderer {
     gl.stencilFunc(gl.EQUAL, SAMPLED, 0xFF);
     gl.stencilMask(0);
     bindTexture(gl, 'middles', gl.TEXTURE_2D, target.surface);
+    bindTexture(gl, 'middle_colors', gl.TEXTURE_2D, this.copyOf(target));
+    gl.bindFramebuffer(gl.FRAMEBUFFER, target.blend);
     this.drawScreen('samples', 4, samples.surface);
     gl.colorMask(true, true, true, true);
     gl.stencilMask(0xFF);
     gl.disable(gl.STENCIL_TEST);
+  }
+
+  // Returns a copy of the picture as it is now, for a pass that changes it.
+  /** @param {PictureTarget} target */
+  copyOf(target) {
+    const {gl} = this;
+    const {width, height} = target;
+    const copy = this.targets.of('copy', width, height, STILL_BYTES, (objects) => {
+      const colour = makeTexture(objects, gl.RGBA8, width, height);
+      return {colour, framebuffer: objects.framebuffer(colour)};
+    });
+    gl.bindFramebuffer(gl.READ_FRAMEBUFFER, target.blend);
+    gl.bindFramebuffer(gl.DRAW_FRAMEBUFFER, copy.framebuffer);
+    gl.blitFramebuffer(0, 0, width, height, 0, 0, width, height, gl.COLOR_BUFFER_BIT, gl.NEAREST);
+    return copy.colour;
   }
 
   // Blurs the picture across depth edges, as the middles' surface tells.
@@ -415,10 +432,6 @@ export class Renderer {
     const {width, height} = target;
     const edges = this.edgeTarget('edges', width, height);
     const rows = this.edgeTarget('edge rows', width, height);
-    const sharp = this.targets.of('sharp', width, height, STILL_BYTES, (objects) => {
-      const colour = makeTexture(objects, gl.RGBA8, width, height);
-      return {colour, framebuffer: objects.framebuffer(colour)};
-    });
     gl.viewport(0, 0, width, height);
     gl.bindFramebuffer(gl.FRAMEBUFFER, edges.framebuffer);
     gl.clearBufferuiv(gl.COLOR, 0, [0, 0, 0, 0]);
@@ -429,12 +442,9 @@ export class Renderer {
     gl.clearBufferuiv(gl.COLOR, 0, [0, 0, 0, 0]);
     bindTexture(gl, 'variances', gl.TEXTURE_2D, edges.variances);
     this.drawScreen('edge_rows', 0, target.surface);
-    gl.bindFramebuffer(gl.READ_FRAMEBUFFER, target.blend);
-    gl.bindFramebuffer(gl.DRAW_FRAMEBUFFER, sharp.framebuffer);
-    gl.blitFramebuffer(0, 0, width, height, 0, 0, width, height, gl.COLOR_BUFFER_BIT, gl.NEAREST);
+    bindTexture(gl, 'sharp', gl.TEXTURE_2D, this.copyOf(target));
     gl.bindFramebuffer(gl.FRAMEBUFFER, target.blend);
     bindTexture(gl, 'variances', gl.TEXTURE_2D, rows.variances);
-    bindTexture(gl, 'sharp', gl.TEXTURE_2D, sharp.colour);
     gl.colorMask(true, true, true, false);
     this.drawScreen('soft_edges', 0, target.surface);
     gl.colorMask(true, true, true, true);
