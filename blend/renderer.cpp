@@ -202,6 +202,7 @@ struct Renderer::State {
   std::vector<RankedReference> ranked;  // the references of `lists` in the order that is drawn
   FallbackColors loaded_colors;         // of all batches
   RunsOfShaders seen_runs;              // by the camera of the part that is drawn
+  double focal_length = 0;              // of that camera
   bool loaded = false;
   std::uint64_t meshes = 0;  // that were loaded
   SideThread side;
@@ -241,7 +242,7 @@ struct Renderer::State {
   void mark_sampled(const ColorTargets& target);
   void copy_colors(ColorTargets& target, Output output);
   void draw_samples(ColorTargets& target, const BlendOptions& options, Output output);
-  void soften_edges(ColorTargets& target, Output output);
+  void soften_edges(ColorTargets& target, Output output, bool are_marked);
   void draw_part(ColorTargets& target, const BlendOptions& options, Output output);
   void copy_part(const PicturePart& part) const;
   void present_part(const PicturePart& part, const HostTarget& host);
@@ -531,8 +532,8 @@ void Renderer::State::draw_samples(ColorTargets& target, const BlendOptions& opt
   tell("samples");
 }
 
-// Blurs the part's picture across depth edges, as the middles' surface tells.
-void Renderer::State::soften_edges(ColorTargets& target, Output output) {
+// Blurs the part's picture across depth edges, as the middles' surface tells. `are_marked`: the stencil has them all.
+void Renderer::State::soften_edges(ColorTargets& target, Output output, bool are_marked) {
   if (!(tables->most_edge_deviation > 0)) return;
   add_soft_edges(targets);
   const auto width = static_cast<GLsizei>(targets.width);
@@ -544,7 +545,14 @@ void Renderer::State::soften_edges(ColorTargets& target, Output output) {
   const GLuint edges = programs.get({.pass = Pass::edges});
   glUseProgram(edges);
   glUniform1f(glGetUniformLocation(edges, "most_deviation"), static_cast<GLfloat>(tables->most_edge_deviation));
+  if (are_marked) {
+    glEnable(GL_STENCIL_TEST);
+    glStencilFunc(GL_EQUAL, kSampled, 0xFF);
+    glStencilMask(0);
+  }
   draw_screen(edges, targets.middles.surface);
+  glStencilMask(0xFF);
+  glDisable(GL_STENCIL_TEST);
   glBindFramebuffer(GL_FRAMEBUFFER, targets.edge_rows_pass.get());
   glClearBufferuiv(GL_COLOR, 0, kNoEdge.data());
   draw_screen(programs.get({.pass = Pass::edge_rows}), targets.edges);
@@ -562,7 +570,8 @@ void Renderer::State::soften_edges(ColorTargets& target, Output output) {
 void Renderer::State::draw_part(ColorTargets& target, const BlendOptions& options, Output output) {
   draw_blend(target, options, output);
   if (options.supersample > 1) draw_samples(target, options, output);
-  if (options.soft_edges && output != Output::fetches) soften_edges(target, output);
+  if (!options.soft_edges || output == Output::fetches) return;
+  soften_edges(target, output, options.supersample > 1 && focal_length * kEdgeBend > kSilhouetteBend);
 }
 
 // Copies a drawn part into the whole picture.
@@ -610,6 +619,7 @@ void Renderer::State::draw_parts(const Camera& camera, const BlendOptions& optio
     const Camera of_part = camera_of_part(camera, part.drawn);
     describe(of_part, exposure, options);
     seen_runs = zones->in_view(of_part);
+    focal_length = camera.fx;
     draw_surface(targets.middles, 1);
     draw_rest(part);
   }

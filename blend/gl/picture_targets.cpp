@@ -77,7 +77,7 @@ void add_copy(PartTargets& targets, ColorTargets& colors, GLenum format) {
 void add_soft_edges(PartTargets& targets) {
   if (targets.edge_rows_pass.get() != 0) return;
   targets.edges = texture_for(targets, GL_R32UI);
-  targets.edges_pass = make_framebuffer({&targets.edges}, nullptr);
+  targets.edges_pass = make_framebuffer({&targets.edges}, &targets.middles.z_buffer, true);
   targets.edge_rows = texture_for(targets, GL_R32UI);
   targets.edge_rows_pass = make_framebuffer({&targets.edge_rows}, nullptr);
   targets.bytes += pixels_of(targets) * 2 * kVarianceBytes;

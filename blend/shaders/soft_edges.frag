@@ -13,8 +13,14 @@ vec3 light_of(vec3 color) {
 #ifdef LINEAR
   return color;
 #else
-  return linear_from_srgb(color);
+  return near_linear_from_srgb(color);
 #endif
+}
+
+// With 1, or 0 where there is no surface.
+vec4 light_at(ivec2 pixel) {
+  vec4 color = texelFetch(sharp, pixel, 0);
+  return color.a > 0.0 ? vec4(light_of(color.rgb), 1.0) : vec4(0.0);
 }
 
 void main() {
@@ -25,11 +31,14 @@ void main() {
   ivec2 from = max(pixel - EDGE_REACH, ivec2(0)), to = min(pixel + EDGE_REACH, last);
   vec4 sum = vec4(0.0);
   for (int y = from.y; y <= to.y; ++y) {
-    for (int x = from.x; x <= to.x; ++x) {
-      vec4 color = texelFetch(sharp, ivec2(x, y), 0);
-      vec2 away = vec2(ivec2(x, y) - pixel);
-      float weight = color.a > 0.0 ? exp(-0.5 * dot(away, away) / variance) : 0.0;
-      sum += weight * vec4(light_of(color.rgb), 1.0);
+    float away = float(y - pixel.y);
+    float weight = exp(-0.5 * away * away / variance);
+    float ratio = exp(-0.5 / variance);
+    for (int r = 0; r <= EDGE_REACH; ++r) {
+      if (pixel.x - r >= from.x) sum += weight * light_at(ivec2(pixel.x - r, y));
+      if (r > 0 && pixel.x + r <= to.x) sum += weight * light_at(ivec2(pixel.x + r, y));
+      weight *= ratio;  // which falls by the same factor from each pixel to the next
+      ratio *= exp(-1.0 / variance);
     }
   }
   vec3 light = sum.rgb / sum.w;
