@@ -42,12 +42,12 @@ class LiveForm {
   // Passes the version's files to `put`, those that are as they were too if making them takes no time. The surface is a
   // .gltf whose mesh, colours and tables are files of their own. A large surface is cut into chunks by a grid, each of
   // them such a file. A chunk keeps its mesh while its surface and its surroundings are as they were, and then its
-  // colours too unless one differs by more than 8 of 255. A surface with a far sphere is not cut. Views have the numbers
-  // of their slots: null where a slot is free, or a photograph has not been written yet. Views that changed are written
-  // for `time_for_views`, at least one of them: first those with a photograph that no version has, then those that were
-  // written longest ago. Several threads call `put`. Throws std::invalid_argument unless the snapshot passes check() and
-  // holds a view, and what `cancel_check` throws, which is called many times; the next version is then made as if this
-  // one had not been.
+  // colours too unless one differs by more than 8 of 255. A surface with a far sphere is not cut. Views have the
+  // numbers of their slots: null where a slot is free, or a photograph has not been written yet. Views that changed are
+  // written for `time_for_views`, at least one of them: first those with a photograph that no version has, then those
+  // that were written longest ago. Several threads call `put`. Throws std::invalid_argument unless the snapshot passes
+  // check() and holds a view, and what `cancel_check` throws, which is called many times; the next version is then made
+  // as if this one had not been.
   FormVersion write(const Snapshot& snapshot, std::chrono::milliseconds time_for_views, const PutFormFile& put,
                     const CancelCheck& cancel_check = {});
 
