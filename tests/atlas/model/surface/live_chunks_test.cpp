@@ -38,7 +38,7 @@ Place place_of(const glm::dvec3& p) {
   return {static_cast<float>(p.x), static_cast<float>(p.y), static_cast<float>(p.z)};
 }
 
-// What a corner of a face is drawn with: the shares of the cells around, by these cells' middles.
+// The place of a corner of a face, and the shares of the cells around by these cells' middles.
 using DrawnCorner = std::pair<Place, std::map<Place, int>>;
 using DrawnFace = std::array<DrawnCorner, 3>;
 
