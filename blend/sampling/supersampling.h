@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-// Pixels as means of several samples, as a photograph's are over the pixel's area, in linear light before anything is
-// cut off at white:
+// Pixels as means of several samples, as a photograph's are over the pixel's area, in linear light. Where samples have
+// the middle's colour, this is cut off at white before.
 //
 //   Samples are at the middles of N x N equal parts of a pixel; each covers 1 / N of its width.
 //   Whether a pixel shows the surface, and its PixelState, are those of its middle, whatever N is.

@@ -271,7 +271,8 @@ vec4 shown() {
     int i = int(count_of((left & -left) - 1u));
     ivec2 at = texel_of_sample(first, i);
     Surface surface = surface_of(texelFetch(surfaces, at, 0));
-    uint of_surface = samples.z != 0 ? left & -left : samples_of(surface.z, first, left);
+    uint of_surface = left & -left;
+    if (samples.z == 0) of_surface |= samples_of(surface.z, first, left);
     vec2 image = (vec2(at) + 0.5) / float(samples.y);
     sum += count_of(of_surface) * vec4(shade(surface, vec2(image.x, center.w - image.y)).rgb, 1.0);
     left &= ~of_surface;

@@ -121,8 +121,9 @@ LiveChunks live_chunks(const Surface& surface, const LiveChunkOptions& options, 
                        const LiveChunks* former) {
   LiveChunks all;
   if (surface.mesh.faces.size() < options.least_faces || surface.far_faces > 0) return all;
+  constexpr std::size_t kMostChunks = 1024;
   const GridChunks plan(surface, options.cells_across);
-  if (plan.all().size() < 2 || !plan.are_even()) return all;
+  if (plan.all().size() < 2 || plan.all().size() > kMostChunks || !plan.are_even()) return all;
   all.options = options;
   all.cell_size = surface.cells.size;
   all.offset = surface.offset;

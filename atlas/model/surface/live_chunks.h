@@ -49,9 +49,9 @@ struct LiveChunks {
   std::vector<LiveChunk> chunks;  // in the order of their cubes; none: the surface is not cut
 };
 
-// Returns the chunks of a surface, or none if it has few faces, a far sphere, or many large cells. `shares_of` returns
-// what share_cells() does with the options' width for a surface, or for a part of one. `former`: the chunks of a
-// surface before, or null.
+// Returns the chunks of a surface, or none if it has few faces, a far sphere, many large cells, or more than 1024 of
+// them. `shares_of` returns what share_cells() does with the options' width for a surface, or for a part of one.
+// `former`: the chunks of a surface before, or null.
 [[nodiscard]] LiveChunks live_chunks(const Surface& surface, const LiveChunkOptions& options,
                                      const std::function<CellShares(const Surface& surface)>& shares_of,
                                      const LiveChunks* former);

@@ -36,7 +36,7 @@ const WRITE_ADDRESS_MS = 200;
 // no WebGL 2 or the site is of another format.
 /** @param {HTMLCanvasElement} canvas @param {Partial<ViewerOptions> & {base: string}} options */
 export async function openModel(canvas, options) {
-  const viewer = new Viewer(canvas, {memory: defaultMemory(), texels: 'auto', ...options});
+  const viewer = new Viewer(canvas, {memory: defaultMemory(Boolean(options.live)), texels: 'auto', ...options});
   await viewer.open();
   interact(viewer);
   return {viewer, loaded: viewer.load(), close: () => viewer.close()};

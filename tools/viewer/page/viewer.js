@@ -476,9 +476,11 @@ export class Viewer {
     });
     this.expect(renderer);
     if (!loaded) return false;
+    const wasWhole = !this.chunks;
     this.chunks = next;
     this.resident = loaded.resident;
     next.replaceAll(loaded.coarse);
+    if (wasWhole) this.surfaceChanged(null);
     this.meshFile = next.isWhole() ? scene.mesh.file : null;
     this.takeScene(scene, null);
     return true;

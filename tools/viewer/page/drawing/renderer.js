@@ -134,7 +134,7 @@ export class Renderer {
     const samples = this.scene.blend.supersample ** 2;
     const ofSurroundings = Math.max(surroundingsBytes(moving), surroundingsBytes(still));
     return MOST_GLANCE_BYTES + ofSurroundings + PICTURE_BYTES * ofMoving + STILL_BYTES * ofStill +
-        ofPart * (PICTURE_BYTES + samples * SURFACE_BYTES + (this.softens() ? 2 * EDGE_BYTES + STILL_BYTES : 0));
+        ofPart * (PICTURE_BYTES + samples * SURFACE_BYTES + STILL_BYTES + (this.softens() ? 2 * EDGE_BYTES : 0));
   }
 
   // Bytes on the GPU, as they were asked for.

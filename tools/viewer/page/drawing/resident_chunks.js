@@ -276,7 +276,11 @@ export class ResidentChunks {
     const bytes = chunks.reduce((sum, {number}) => sum + this.estimate(number), 0);
     changed.push(...this.makeRoom(bytes));
     for (const {number, uri, parts, mesh, like, colors, tables} of chunks) {
-      if (like) surface.rename(like.uri, uri);
+      // The one that has the mesh may have given its room to another meanwhile; then this one is fetched again.
+      if (like && !surface.rename(like.uri, uri)) {
+        changed.push(number);
+        continue;
+      }
       if (mesh) surface.setMesh(uri, mesh);
       if (colors) surface.setColors(uri, colors);
       surface.setTables(uri, tables);
@@ -347,7 +351,11 @@ export class ResidentChunks {
         this.former.set(parts.mesh, {...parts, uri, box: before.chunks.boxes[number]});
       }
     }
-    if (before.room < Infinity) this.takeRoom();
+    // A surface that had room as a whole may have grown.
+    const taken = [...before.there.values()].reduce((sum, each) => sum + each, 0);
+    if (before.isWhole() && taken <= before.room) return;
+    this.room = before.room;
+    this.roomForStandIns = before.roomForStandIns;
   }
 
   // Reads what a camera needs of another version, without drawing it. Resolves to whether all of it could be had.
@@ -363,6 +371,12 @@ export class ResidentChunks {
   /** @param {Mesh | null} coarse */
   replaceAll(coarse) {
     const {surface} = this.renderer;
+    // Some may have given their room to others meanwhile.
+    for (const number of [...this.there.keys()]) {
+      if (surface.pieces.has(this.chunks.sources[number].uri)) continue;
+      this.there.delete(number);
+      this.parts.delete(number);
+    }
     const kept = new Set([...this.there.keys()].map((number) => this.chunks.sources[number].uri));
     for (const {like} of this.read) if (like) kept.add(like.uri);
     surface.removeAllBut(kept);
@@ -370,6 +384,7 @@ export class ResidentChunks {
     this.former.clear();
     if (coarse) this.setCoarse(coarse);
     this.take(gone);
+    if (this.there.size > 0) this.takeRoom();
     this.drawCoarse();
   }
 }

@@ -48,13 +48,14 @@ export class Surface {
     this.pieces.get(name)?.setColors(colors);
   }
 
-  // Gives a piece another name, which none has.
+  // Gives a piece another name, which none has. Returns whether there is such a piece.
   /** @param {string} before @param {string} name */
   rename(before, name) {
     const piece = this.pieces.get(before);
-    if (!piece) return;
+    if (!piece) return false;
     this.pieces.delete(before);
     this.pieces.set(name, piece);
+    return true;
   }
 
   /** @param {string} name */
