@@ -50,7 +50,7 @@ class FacesOfCells {
 
 class GridChunks {
  public:
-  // The surface must outlive this. `cells_across`: side of a cube, in cell sizes.
+  // The surface must outlive this. `cells_across`: side of a cube, in cell sizes, > 0.
   GridChunks(const Surface& surface, double cells_across);
 
   // Returns the chunks in the order of their cubes. Each has a cell.

@@ -25,7 +25,7 @@ struct LiveFormOptions {
   ImageCoding photographs{};
   double border_width = 0;             // of the fade between cells, which shares are of, as a share of the cell size
   std::size_t least_chunked = 20'000;  // faces of a surface that is cut into chunks
-  double chunk_cells = 16;             // side of a chunk's cube, in cell sizes
+  double chunk_cells = 16;             // side of a chunk's cube, in cell sizes, > 0
 };
 
 class LiveForm {

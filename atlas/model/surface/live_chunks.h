@@ -37,7 +37,7 @@ struct LiveChunk {
 
 struct LiveChunkOptions {
   std::size_t least_faces = 0;  // A surface with fewer faces is not cut.
-  double cells_across = 8;      // side of a chunk's cube, in cell sizes
+  double cells_across = 0;      // side of a chunk's cube, in cell sizes, > 0
   double width = 0;             // of the fade between cells, scene units
 };
 
