@@ -20,7 +20,7 @@
 #include "tools/base/strict_json.h"
 #include "tools/city/city_surface.h"
 #include "tools/pipeline/output/model_output.h"
-#include "tools/pipeline/planned_views.h"
+#include "tools/pipeline/views/planned_views.h"
 
 namespace lumatlas {
 

@@ -19,11 +19,11 @@
 #include "tools/cli/commands.h"
 #include "tools/cli/flags/option_rules.h"
 #include "tools/cli/output/json_output.h"
-#include "tools/lab/sweep/markdown.h"
-#include "tools/lab/sweep/page.h"
-#include "tools/lab/sweep/plot.h"
 #include "tools/lab/sweep/runner.h"
 #include "tools/lab/sweep/scene_facts.h"
+#include "tools/lab/sweep/shown/markdown.h"
+#include "tools/lab/sweep/shown/page.h"
+#include "tools/lab/sweep/shown/plot.h"
 
 namespace lumatlas {
 

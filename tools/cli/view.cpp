@@ -10,9 +10,9 @@
 #include "tools/cli/commands.h"
 #include "tools/cli/output/print_address.h"
 #include "tools/pipeline/output/model_output.h"
+#include "tools/viewer/http/site_server.h"
 #include "tools/viewer/model_files.h"
 #include "tools/viewer/open_browser.h"
-#include "tools/viewer/site_server.h"
 
 namespace lumatlas {
 

@@ -13,8 +13,8 @@
 #include "atlas/model/live_form.h"
 #include "atlas/snapshot.h"
 #include "mesh/cancel_check.h"
+#include "tools/viewer/http/site_server.h"
 #include "tools/viewer/site.h"
-#include "tools/viewer/site_server.h"
 
 namespace lumatlas {
 

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "tools/viewer/site_server.h"
+#include "tools/viewer/http/site_server.h"
 
 namespace lumatlas {
 

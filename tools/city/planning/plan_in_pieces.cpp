@@ -25,8 +25,8 @@
 #include "tools/inspection/blind_views.h"
 #include "tools/inspection/mesh_diagnosis.h"
 #include "tools/pipeline/refinement/lens_notes.h"
-#include "tools/pipeline/streaming.h"
 #include "tools/pipeline/surface/far_background.h"
+#include "tools/pipeline/views/streaming.h"
 #include "tools/scene/geo_reference.h"
 
 namespace lumatlas {

@@ -13,7 +13,7 @@
 #include "tools/cli/flags/mesh_frame_flags.h"
 #include "tools/cli/flags/setting_flags.h"
 #include "tools/pipeline/build_options.h"
-#include "tools/viewer/site_server.h"
+#include "tools/viewer/http/site_server.h"
 
 namespace lumatlas {
 

@@ -13,10 +13,10 @@
 #include "tests/support/skip.h"
 #include "tests/support/temporary_folder.h"
 #include "tools/base/process/child_process.h"
-#include "tools/lab/sweep/markdown.h"
-#include "tools/lab/sweep/page.h"
 #include "tools/lab/sweep/pareto_front.h"
-#include "tools/lab/sweep/plot.h"
+#include "tools/lab/sweep/shown/markdown.h"
+#include "tools/lab/sweep/shown/page.h"
+#include "tools/lab/sweep/shown/plot.h"
 
 namespace lumatlas {
 namespace {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The bytes for a Range header: always bytes of the file, and those that RFC 9110 says.
-#include "tools/viewer/byte_range.h"
+#include "tools/viewer/http/byte_range.h"
 
 #include <catch2/catch.hpp>
 #include <cstdint>

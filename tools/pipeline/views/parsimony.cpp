@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "tools/pipeline/parsimony.h"
+#include "tools/pipeline/views/parsimony.h"
 
 #include <algorithm>
 #include <cstddef>

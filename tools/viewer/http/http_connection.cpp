@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "tools/viewer/http_connection.h"
+#include "tools/viewer/http/http_connection.h"
 
 #include <fcntl.h>
 #include <sys/stat.h>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "tools/pipeline/planned_views.h"
+#include "tools/pipeline/views/planned_views.h"
 
 #include <algorithm>
 #include <chrono>
@@ -18,10 +18,10 @@
 #include "tools/budget/downscaled_views.h"
 #include "tools/budget/fitted_views.h"
 #include "tools/budget/gpu_budget.h"
-#include "tools/pipeline/parsimony.h"
 #include "tools/pipeline/refinement/joint_refinement.h"
 #include "tools/pipeline/refinement/lens_notes.h"
 #include "tools/pipeline/refinement/stream_refinement.h"
+#include "tools/pipeline/views/parsimony.h"
 
 namespace lumatlas {
 

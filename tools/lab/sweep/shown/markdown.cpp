@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "tools/lab/sweep/markdown.h"
+#include "tools/lab/sweep/shown/markdown.h"
 
 #include <fstream>
 #include <iterator>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "tools/viewer/byte_range.h"
+#include "tools/viewer/http/byte_range.h"
 
 #include <algorithm>
 #include <limits>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "tools/pipeline/streaming.h"
+#include "tools/pipeline/views/streaming.h"
 
 #include <tbb/parallel_for.h>
 
@@ -12,7 +12,7 @@
 
 #include "mesh/base/errors.h"
 #include "tools/base/elapsed.h"
-#include "tools/pipeline/sharpness.h"
+#include "tools/pipeline/views/sharpness.h"
 
 namespace lumatlas {
 

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
 // The server from outside: what it answers, and what it keeps to itself.
-#include "tools/viewer/site_server.h"
+#include "tools/viewer/http/site_server.h"
 
 #include <httplib.h>
 
@@ -12,8 +12,8 @@
 #include <vector>
 
 #include "mesh/base/errors.h"
-#include "tests/tools/viewer/raw_client.h"
-#include "tools/viewer/host_header.h"
+#include "tests/tools/viewer/http/raw_client.h"
+#include "tools/viewer/http/host_header.h"
 
 namespace lumatlas {
 namespace {

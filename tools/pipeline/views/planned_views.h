@@ -12,7 +12,7 @@
 #include "tools/budget/build_progress.h"
 #include "tools/budget/fewer_faces.h"
 #include "tools/pipeline/build_model.h"
-#include "tools/pipeline/streaming.h"
+#include "tools/pipeline/views/streaming.h"
 #include "tools/pipeline/watched_scene.h"
 #include "tools/scene/scene.h"
 

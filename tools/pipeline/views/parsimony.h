@@ -10,7 +10,7 @@
 #include "tools/budget/build_progress.h"
 #include "tools/budget/fewer_faces.h"
 #include "tools/pipeline/build_model.h"
-#include "tools/pipeline/streaming.h"
+#include "tools/pipeline/views/streaming.h"
 
 namespace lumatlas {
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "tools/lab/sweep/page.h"
+#include "tools/lab/sweep/shown/page.h"
 
 #include <algorithm>
 #include <cmath>
@@ -9,8 +9,8 @@
 #include <set>
 
 #include "tools/base/html_text.h"
-#include "tools/lab/sweep/chart_style.h"
-#include "tools/lab/sweep/plot.h"
+#include "tools/lab/sweep/shown/chart_style.h"
+#include "tools/lab/sweep/shown/plot.h"
 
 namespace lumatlas {
 

@@ -14,8 +14,8 @@
 #include <utility>
 #include <vector>
 
-#include "tests/tools/viewer/raw_client.h"
-#include "tools/viewer/site_server.h"
+#include "tests/tools/viewer/http/raw_client.h"
+#include "tools/viewer/http/site_server.h"
 
 namespace lumatlas {
 namespace {

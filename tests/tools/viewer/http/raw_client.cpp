@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "tests/tools/viewer/raw_client.h"
+#include "tests/tools/viewer/http/raw_client.h"
 
 #include <arpa/inet.h>
 #include <netinet/in.h>

@@ -4,7 +4,7 @@
 
 #include <filesystem>
 
-#include "tools/lab/sweep/page.h"
+#include "tools/lab/sweep/shown/page.h"
 
 namespace lumatlas {
 

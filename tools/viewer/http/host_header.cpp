@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "tools/viewer/host_header.h"
+#include "tools/viewer/http/host_header.h"
 
 #include <algorithm>
 #include <boost/asio/ip/address.hpp>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "tools/viewer/site_server.h"
+#include "tools/viewer/http/site_server.h"
 
 #include <ifaddrs.h>
 #include <netinet/in.h>
@@ -16,9 +16,9 @@
 #include <utility>
 
 #include "mesh/base/errors.h"
-#include "tools/viewer/byte_range.h"
-#include "tools/viewer/host_header.h"
-#include "tools/viewer/http_connection.h"
+#include "tools/viewer/http/byte_range.h"
+#include "tools/viewer/http/host_header.h"
+#include "tools/viewer/http/http_connection.h"
 
 namespace lumatlas {
 

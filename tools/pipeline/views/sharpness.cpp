@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "tools/pipeline/sharpness.h"
+#include "tools/pipeline/views/sharpness.h"
 
 #include <tbb/parallel_for.h>
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "tools/lab/sweep/plot.h"
+#include "tools/lab/sweep/shown/plot.h"
 
 #include <algorithm>
 #include <array>
