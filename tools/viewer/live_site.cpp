@@ -122,13 +122,8 @@ void LiveSite::say_version(bool last) {
 bool LiveSite::update(const Snapshot& snapshot, bool last, const CancelCheck& cancel_check) {
   bool complete = true;
   if (holds_view(snapshot)) {
-    const PutFormFile put = [this](const FormFile& file) {
-      std::string name = name_by_content(file.stem, file.ending, file.bytes);
-      server_.add({name, file.type, {file.bytes.begin(), file.bytes.end()}, {}});
-      return name;
-    };
     const std::chrono::milliseconds all_the_time = std::chrono::hours(24);
-    FormVersion version = form_.write(snapshot, last ? all_the_time : times_.for_views, put, cancel_check);
+    FormVersion version = put_version(snapshot, last ? all_the_time : times_.for_views, cancel_check);
     complete = version.complete;
     server_.add({kTilesetName, "application/json", {version.tileset.begin(), version.tileset.end()}, {}});
     ++version_;
@@ -136,6 +131,35 @@ bool LiveSite::update(const Snapshot& snapshot, bool last, const CancelCheck& ca
   }
   say_version(last);
   return complete;
+}
+
+// Puts the files of a version on the server. Those of one that fails or is stopped do not stay there.
+FormVersion LiveSite::put_version(const Snapshot& snapshot, std::chrono::milliseconds time_for_views,
+                                  const CancelCheck& cancel_check) {
+  std::mutex mutex;
+  std::vector<std::string> names;  // of files that were put
+  const PutFormFile put = [&](const FormFile& file) {
+    std::string name = name_by_content(file.stem, file.ending, file.bytes);
+    server_.add({name, file.type, {file.bytes.begin(), file.bytes.end()}, {}});
+    const std::lock_guard lock(mutex);
+    return names.emplace_back(std::move(name));
+  };
+  try {
+    return form_.write(snapshot, time_for_views, put, cancel_check);
+  } catch (...) {
+    remove_unneeded(names);
+    throw;
+  }
+}
+
+// Removes the files of those names that are in no version that is kept.
+void LiveSite::remove_unneeded(const std::vector<std::string>& names) {
+  for (const std::string& name : names) {
+    const auto has = [&](const std::vector<std::string>& of) { return std::binary_search(of.begin(), of.end(), name); };
+    const bool is_needed = has(names_) || std::any_of(replaced_.begin(), replaced_.end(),
+                                                      [&](const Replaced& version) { return has(version.names); });
+    if (!is_needed) server_.remove(name);
+  }
 }
 
 void LiveSite::replace_names(std::vector<std::string> names) {
@@ -147,17 +171,10 @@ void LiveSite::replace_names(std::vector<std::string> names) {
 void LiveSite::remove_old_files() {
   constexpr std::size_t kMostReplaced = 16;
   const Clock::time_point now = Clock::now();
-  const auto is_needed = [&](const std::string& name) {
-    const auto has = [&](const std::vector<std::string>& of) { return std::binary_search(of.begin(), of.end(), name); };
-    return has(names_) ||
-           std::any_of(replaced_.begin(), replaced_.end(), [&](const Replaced& r) { return has(r.names); });
-  };
   while (replaced_.size() > kMostReplaced || (replaced_.size() > 1 && replaced_.front().at + times_.kept <= now)) {
     const std::vector<std::string> old = std::move(replaced_.front().names);
     replaced_.pop_front();
-    for (const std::string& name : old) {
-      if (!is_needed(name)) server_.remove(name);
-    }
+    remove_unneeded(old);
   }
 }
 

@@ -44,6 +44,9 @@ class LiveSite {
 
  private:
   void say_version(bool last);
+  FormVersion put_version(const Snapshot& snapshot, std::chrono::milliseconds time_for_views,
+                          const CancelCheck& cancel_check);
+  void remove_unneeded(const std::vector<std::string>& names);
   void replace_names(std::vector<std::string> names);
 
   SiteServer& server_;

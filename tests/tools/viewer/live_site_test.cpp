@@ -321,6 +321,36 @@ TEST_CASE("a version that fails or is stopped leaves the one before") {
   CHECK(Read(running).views().size() == 5);
 }
 
+TEST_CASE("files of a version that is stopped do not stay") {
+  std::set<std::string> coming;  // files of the version that is stopped, without those of the one before
+  {
+    RunningLive other;
+    LiveSite site(other.server, "room");
+    site.update(room(3), false);
+    const std::set<std::string> before = Read(other).files();
+    site.update(room(5), false);
+    for (const std::string& name : Read(other).files()) {
+      if (!before.contains(name)) coming.insert(name);
+    }
+  }
+  RunningLive running;
+  LiveSite site(running.server, "room");
+  site.update(room(3), false);
+  const std::set<std::string> before = Read(running).files();
+  const auto is_there = [&](const std::string& name) { return running.status(name) == 200; };
+  CHECK_THROWS_AS(site.update(room(5), false,
+                              [&] {
+                                if (std::any_of(coming.begin(), coming.end(), is_there)) {
+                                  throw std::runtime_error("stop");
+                                }
+                              }),
+                  std::runtime_error);
+  CHECK(std::none_of(coming.begin(), coming.end(), is_there));
+  CHECK(std::all_of(before.begin(), before.end(), is_there));
+  site.update(room(5), false);
+  CHECK(std::all_of(coming.begin(), coming.end(), is_there));
+}
+
 TEST_CASE("a snapshot looks like another until something that is drawn differs") {
   const Snapshot scene = room(3);
   CHECK(look_alike(scene, scene));
