@@ -7,14 +7,17 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <catch2/catch.hpp>
 #include <cctype>
 #include <chrono>
 #include <condition_variable>
 #include <csignal>
+#include <cstdint>
 #include <exception>
 #include <filesystem>
 #include <fstream>
+#include <memory>
 #include <mutex>
 #include <nlohmann/json.hpp>
 #include <stdexcept>
@@ -23,6 +26,7 @@
 #include "tests/support/skip.h"
 #include "tests/support/temporary_folder.h"
 #include "tools/base/process/child_process.h"
+#include "tools/viewer/http/files_together.h"
 
 namespace lumatlas {
 
@@ -167,6 +171,18 @@ void answer(const SiteFile& file, const Trouble& trouble, httplib::Response& res
   }
 }
 
+// Answers as SiteServer does, for the files of a folder.
+void answer_together(const std::vector<SiteFile>& files, const httplib::Request& request, httplib::Response& response) {
+  const std::string folder = request.matches[1];
+  const std::vector<std::uint8_t> bytes =
+      files_together(request.target.substr(request.target.find('?') + 1), [&](const std::string& name) {
+        const auto found =
+            std::find_if(files.begin(), files.end(), [&](const SiteFile& file) { return file.name == folder + name; });
+        return found == files.end() ? nullptr : std::make_shared<const SiteFile>(*found);
+      });
+  response.set_content(std::string(bytes.begin(), bytes.end()), "application/octet-stream");
+}
+
 // Answers what pages ask for, and keeps what they say.
 class TestServer {
  public:
@@ -176,6 +192,9 @@ class TestServer {
         answer(file, network ? network(file.name) : Trouble{}, response);
       });
     }
+    server_.Get("/(.+/)together", [&files](const httplib::Request& request, httplib::Response& response) {
+      answer_together(files, request, response);
+    });
     const auto listen = [this](const httplib::Request& request, httplib::Response& response) {
       const std::lock_guard lock(mutex_);
       // A page from a disk may post nothing, but it may ask for an address.

@@ -268,6 +268,8 @@ TEST_CASE("a browser draws what the renderer draws, and follows its visitor") {
   CHECK(count("meshes") == count("now") - count("same") - count("otherTables"));
   CHECK(count("tables") == count("now") - count("same"));
   CHECK(count("surfaces") == count("tables"));
+  // All descriptions come in one answer, and then all meshes, colours and tables.
+  CHECK(count("together") == 2);
   // One's mask is another, and one was moved, for whose new depths its mask is read again.
   CHECK(said.at("fetched-again") ==
         "images/00000-mask.png images/00000.png images/00001-mask.png images/00008-mask.png images/00008.png "

@@ -144,7 +144,10 @@ class HttpConnections::Connection : public std::enable_shared_from_this<Connecti
   [[nodiscard]] SiteRequest site_request() const {
     const auto& asked = parser_->get();
     SiteRequest request;
-    request.path = std::string(asked.target().substr(0, asked.target().find('?')));
+    const std::string target(asked.target());
+    const std::size_t path_end = std::min(target.find('?'), target.size());
+    request.path = target.substr(0, path_end);
+    if (path_end < target.size()) request.query = target.substr(path_end + 1);
     request.host = std::string(asked[http::field::host]);
     // Answers carry no validator that a condition could hold of. Two Range headers are none.
     const bool has_range = asked.method() == http::verb::get && asked.count(http::field::range) == 1 &&

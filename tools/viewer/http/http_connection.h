@@ -22,6 +22,7 @@ namespace lumatlas {
 // A request as far as the site is concerned; it has passed the parser, and has no body.
 struct SiteRequest {
   std::string path;                  // from the first '/', without the query
+  std::string query;                 // after the '?'; empty: there is none
   std::string host;                  // value of the Host header
   std::optional<std::string> range;  // value of the Range header, of a GET without conditions
 };

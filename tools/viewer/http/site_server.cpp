@@ -9,14 +9,17 @@
 #include <boost/asio/ip/v6_only.hpp>
 #include <boost/asio/steady_timer.hpp>
 #include <chrono>
+#include <cstdint>
 #include <map>
 #include <mutex>
 #include <optional>
 #include <stdexcept>
 #include <utility>
+#include <vector>
 
 #include "mesh/base/errors.h"
 #include "tools/viewer/http/byte_range.h"
+#include "tools/viewer/http/files_together.h"
 #include "tools/viewer/http/host_header.h"
 #include "tools/viewer/http/http_connection.h"
 
@@ -28,6 +31,7 @@ namespace asio = boost::asio;
 using asio::ip::tcp;
 
 constexpr std::chrono::milliseconds kBetweenQuestions{100};
+constexpr const char* kTogetherPath = "/together";
 
 std::string site_url(const std::string& host, unsigned port) {
   const std::string in_url = host.find(':') == std::string::npos ? host : "[" + host + "]";
@@ -81,12 +85,18 @@ struct SiteServer::State {
     return found == files.end() ? nullptr : found->second;
   }
 
+  [[nodiscard]] std::shared_ptr<const SiteFile> together(const std::string& query) {
+    std::vector<std::uint8_t> bytes = files_together(query, [this](const std::string& name) { return file(name); });
+    return std::make_shared<const SiteFile>(SiteFile{"together", "application/octet-stream", std::move(bytes), {}});
+  }
+
   [[nodiscard]] SiteAnswer answer(const SiteRequest& request) {
     if (!names_this_server(request.host, options.host)) {
       return refusal(403,
                      "This is not served by that name: open it by its address in numbers, or give --host the name.");
     }
     std::shared_ptr<const SiteFile> found = file(request.path == "/" ? "index.html" : request.path.substr(1));
+    if (!found && request.path == kTogetherPath && !request.query.empty()) found = together(request.query);
     return found ? answer_with(std::move(found), request.range) : refusal(404, "There is no such file.");
   }
 

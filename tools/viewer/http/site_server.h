@@ -3,6 +3,8 @@
 //
 // Every program that reaches the address may send anything: each request is bounded in bytes and in time, and no client
 // makes another one wait (http_connection.h). Only pages that the user opened may ask (host_header.h).
+//
+// "/together?NAME&NAME..." answers with several files at once (files_together.h), unless a file has that name.
 #pragma once
 
 #include <functional>

@@ -81,6 +81,7 @@ export class Viewer {
     this.shares = options.gl !== undefined;  // the canvas is another program's too
     this.closing = new AbortController();
     this.files = new SiteFiles(options.base, {...options.network, signal: this.closing.signal});
+    if (options.live) this.files.gather();
     this.files.fetching.heard = (name, came, size) => this.hear(name, came, size);
     this.texts = options.texts ?? ENGLISH;
     this.losses = new Losses(this.texts, (line) => this.missing(line));

@@ -6,6 +6,8 @@
 
 #include <atomic>
 #include <catch2/catch.hpp>
+#include <cstdint>
+#include <memory>
 #include <stdexcept>
 #include <string>
 #include <thread>
@@ -13,6 +15,7 @@
 
 #include "mesh/base/errors.h"
 #include "tests/tools/viewer/http/raw_client.h"
+#include "tools/viewer/http/files_together.h"
 #include "tools/viewer/http/host_header.h"
 
 namespace lumatlas {
@@ -63,6 +66,47 @@ TEST_CASE("its files are served, and nothing else") {
     INFO(path);
     CHECK(server.get(path)->status == 404);
   }
+}
+
+// Returns 4 bytes, the least significant first.
+std::string length_bytes(std::uint32_t value) {
+  std::string bytes;
+  for (int i = 0; i < 4; ++i) bytes.push_back(static_cast<char>(value >> (8 * i) & 0xFF));
+  return bytes;
+}
+
+TEST_CASE("several files come in one answer, in the order in which they are asked for") {
+  const Running server;
+  const std::string one = length_bytes(3) + "\1\2\3";
+  const std::string page = length_bytes(4) + "page";
+  const std::string none = length_bytes(kNotTogether);
+  CHECK(server.get("/together?views/1.bin&index.html")->body == one + page);
+  CHECK(server.get("/together?index.html")->body == page);
+  CHECK(server.get("/together?gone.bin&index.html&../etc/passwd&")->body == none + page + none);
+  CHECK(server.get("/together?index.html&index.html")->body == page + none);
+  CHECK(server.get("/together?&")->body == none);
+  CHECK(server.get("/together")->status == 404);
+  CHECK(server.get("/together?")->status == 404);
+  CHECK(server.get("/index.html?views/1.bin")->body == "page");
+}
+
+TEST_CASE("files on a disk, and those that would make the answer too large, are not in one with others") {
+  const auto file = [](std::size_t bytes, const std::string& path) {
+    return std::make_shared<const SiteFile>(SiteFile{"file", "text/plain", std::vector<std::uint8_t>(bytes), path});
+  };
+  const FindSiteFile find = [&](const std::string& name) {
+    if (name == "disk") return file(0, "/dev/null");
+    return file(name == "half" || name == "other-half" ? kMostBytesTogether / 2 : 1, "");
+  };
+  const auto answer = [&](const char* query) {
+    const std::vector<std::uint8_t> bytes = files_together(query, find);
+    return std::string(bytes.begin(), bytes.end());
+  };
+  const std::string none = length_bytes(kNotTogether);
+  const std::string half = length_bytes(kMostBytesTogether / 2) + std::string(kMostBytesTogether / 2, '\0');
+  CHECK(answer("disk") == none);
+  CHECK(answer("half&small&other-half") == half + length_bytes(1) + std::string(1, '\0') + none);
+  CHECK(answer("half&other-half&small") == half + half + none);
 }
 
 TEST_CASE("pages of others can neither frame nor read it") {

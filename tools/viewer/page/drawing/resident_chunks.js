@@ -13,6 +13,7 @@ import {StandIns} from './stand_ins.js';
 /** @import {Camera, Chunk, ChunkParts, DrawnChunk, Mesh, Scene} from '../types.d.ts' */
 
 const CHUNKS_AT_ONCE = 6;      // that are fetched at the same time
+const GATHERED_AT_ONCE = 256;  // the same, where many come in one answer
 const SHARE_OF_TAKING = 3;     // time between two takings of chunks, by the time that one takes
 const UNSEEN = 4;              // how much farther a chunk counts that the camera does not see
 const CLEARLY_FARTHER = 1.25;  // how much farther a chunk is that gives its room to another
@@ -159,7 +160,8 @@ export class ResidentChunks {
 
   async fill() {
     const before = this.count;
-    await Promise.all(Array.from({length: CHUNKS_AT_ONCE}, () => this.fetchOthers()));
+    const length = this.viewer.files.gathering ? GATHERED_AT_ONCE : CHUNKS_AT_ONCE;
+    await Promise.all(Array.from({length}, () => this.fetchOthers()));
     this.expect();
     if (this.lost.size + this.standInsLost.size === 0) this.viewer.losses.clearPart('chunk');
     if (!this.waits) this.take();

@@ -118,12 +118,10 @@ export class Chunks {
     const {file, colors} = await source.described();
     const like = drawn.get(file) ?? null;
     drawn.delete(file);
-    const tables = await source.tables(scene);
-    const chunk = {
-      number, uri: source.uri, parts: {mesh: file, colors}, like, mesh: like ? null : await source.mesh(),
-      colors: like && like.colors !== colors ? await source.colors() : null, tables,
-    };
+    const [tables, mesh, newColors] = await Promise.all([
+      source.tables(scene), like ? null : source.mesh(), like && like.colors !== colors ? source.colors() : null,
+    ]);
     await source.release();
-    return chunk;
+    return {number, uri: source.uri, parts: {mesh: file, colors}, like, mesh, colors: newColors, tables};
   }
 }

@@ -214,14 +214,14 @@ const notAllowed = (name, address) => new FetchFailure(
 export const slicePart = (blob, part) => part ? blob.slice(part.from, part.from + part.length, blob.type) : blob;
 
 /**
- * @template T
+ * @template T, Content
  * @param {string} name
- * @param {Blob} blob
- * @param {(blob: Blob) => Promise<T>} decode
+ * @param {Content} content
+ * @param {(content: Content) => Promise<T>} decode
  */
-export async function decoded(name, blob, decode) {
+export async function decoded(name, content, decode) {
   try {
-    return await decode(blob);
+    return await decode(content);
   } catch (error) {
     throw new FetchFailure(name, {key: 'whyDamaged', values: {what: saidOf(error)}});
   }

@@ -53,12 +53,14 @@ export class Gltf {
     this.at = at;
     /** @type {Map<number, Uint8Array<ArrayBuffer>>} */
     this.bytes = new Map();  // of buffer views, by their numbers
+    /** @type {Map<number, Promise<void>>} */
+    this.coming = new Map();  // the reading of buffer views, which may have ended
   }
 
   // A whole .glb, or a .gltf, whose buffers are read when they are needed.
   /** @param {SiteFiles} files @param {string} name */
   static read(files, name) {
-    return files.array(name, async (bytes) => {
+    return files.smallArray(name, async (bytes) => {
       if (!name.endsWith('.glb')) return new Gltf(files, name, jsonOf(bytes), null, 0);
       const json = jsonLength(bytes);
       if (new DataView(bytes.buffer, bytes.byteOffset).getUint32(8, true) !== bytes.length) {
@@ -122,23 +124,37 @@ export class Gltf {
     return {buffer, from: byteOffset, to: byteOffset + byteLength};
   }
 
-  // Reads the bytes of accessors that values() is then asked for.
+  // Reads the bytes of accessors that values() is then asked for, each once, whoever asks for it meanwhile.
   /** @param {number[]} accessors */
   async load(accessors) {
+    const {coming} = this;
     const views = [...new Set(accessors.map((number) => this.accessor(number).bufferView ?? -1))];
-    const missing = views.filter((view) => !this.bytes.has(view));
-    for (const buffer of new Set(missing.map((view) => this.placeOf(view).buffer))) {
-      const places = missing.map((view) => ({view, ...this.placeOf(view)})).filter((place) => place.buffer === buffer);
+    const missing = views.filter((view) => !coming.has(view)).map((view) => ({view, ...this.placeOf(view)}));
+    for (const buffer of new Set(missing.map((place) => place.buffer))) {
+      const places = missing.filter((place) => place.buffer === buffer);
+      const loaded = this.loadPlaces(buffer, places);
+      for (const {view} of places) coming.set(view, loaded);
+    }
+    await Promise.all(views.map((view) => coming.get(view)));
+  }
+
+  // Reads the bytes of buffer views that are in one buffer.
+  /** @param {number} buffer @param {{view: number, from: number, to: number}[]} places */
+  async loadPlaces(buffer, places) {
+    try {
       const from = Math.min(...places.map((place) => place.from));
       const bytes = await this.part(buffer, from, Math.max(...places.map((place) => place.to)));
       for (const place of places) this.bytes.set(place.view, bytes.subarray(place.from - from, place.to - from));
+    } catch (error) {
+      for (const {view} of places) this.coming.delete(view);
+      throw error;
     }
   }
 
   /** @param {number} buffer @param {number} from @param {number} to */
   async part(buffer, from, to) {
     const uri = this.json.buffers?.[buffer]?.uri;
-    if (uri !== undefined) return this.files.array(uri, async (bytes) => bytes.subarray(from, to));
+    if (uri !== undefined) return this.files.smallArray(uri, async (bytes) => bytes.subarray(from, to));
     if (this.binary) return this.binary.subarray(from, to);
     return this.files.array(`${this.name}#${this.at + from}+${to - from}`, async (bytes) => bytes);
   }
@@ -178,5 +194,6 @@ export class Gltf {
   // Forgets the bytes that were read.
   release() {
     this.bytes.clear();
+    this.coming.clear();
   }
 }

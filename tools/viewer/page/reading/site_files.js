@@ -2,6 +2,7 @@
 // The site's files: beside the page on a server, or inside of it (site.cpp, write_one_page). A name that ends in
 // "#FROM+LENGTH" is of these bytes of a file.
 import {Fetching, decoded, slicePart} from './fetching.js';
+import {Gathering} from './gathering.js';
 /** @import {NetworkOptions} from '../types.d.ts' */
 
 export class SiteFiles {
@@ -10,6 +11,8 @@ export class SiteFiles {
   constructor(base, network) {
     this.base = base;
     this.fetching = new Fetching(network);
+    /** @type {Gathering | null} */
+    this.gathering = null;
     /** @type {Map<string, HTMLScriptElement>} */
     this.inside = new Map();
     /** @type {NodeListOf<HTMLScriptElement>} */
@@ -42,6 +45,23 @@ export class SiteFiles {
    */
   array(name, decode, anew = false) {
     return this.read(name, async (blob) => decode(new Uint8Array(await blob.arrayBuffer())), anew);
+  }
+
+  // From now on small files that are asked for at about the same time may come in one answer.
+  gather() {
+    this.gathering = new Gathering(this.fetching, this.base);
+  }
+
+  // The same as array(), for one of many small files.
+  /**
+   * @template T
+   * @param {string} name
+   * @param {(bytes: Uint8Array<ArrayBuffer>) => Promise<T>} decode
+   */
+  async smallArray(name, decode) {
+    const bytes = !this.gathering || this.inside.has(name) || name.includes('#') ? null :
+      await this.gathering.bytes(name);
+    return bytes ? decoded(name, bytes, decode) : this.array(name, decode);
   }
 
   /** @param {string} name */
