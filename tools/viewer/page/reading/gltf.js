@@ -124,7 +124,7 @@ export class Gltf {
     return {buffer, from: byteOffset, to: byteOffset + byteLength};
   }
 
-  // Reads the bytes of accessors that values() is then asked for, each once, whoever asks for it meanwhile.
+  // Reads the bytes of accessors that values() is then asked for. Two calls at the same time read none of them twice.
   /** @param {number[]} accessors */
   async load(accessors) {
     const {coming} = this;
