@@ -385,6 +385,7 @@ void Renderer::State::bind_tables() const {
     bind_texture(TextureUnit::views, GL_TEXTURE_2D, views.texture());
   }
   bind_texture(TextureUnit::photographs, GL_TEXTURE_2D_ARRAY, photographs.photographs());
+  bind_texture(TextureUnit::raw_texels, GL_TEXTURE_2D_ARRAY, photographs.raw_texels());
   bind_texture(TextureUnit::depths, GL_TEXTURE_2D_ARRAY, photographs.depths());
   bind_texture(TextureUnit::zones, GL_TEXTURE_2D, zone_table);
   bind_texture(TextureUnit::cells, GL_TEXTURE_2D, cell_table);
@@ -457,7 +458,8 @@ ProgramKey Renderer::State::blend_key(Pass pass, std::uint32_t most_cells, const
           .output = output,
           .cubic = sampled_cubic(options) > 0,
           .views_in_block = views_in_block(),
-          .filtered_taps = steps.filtered_taps.value_or(!in_software)};
+          .filtered_taps = steps.filtered_taps.value_or(!in_software),
+          .raw_texels = photographs.raw_texels().get() != 0 && !steps.filtered_taps.value_or(!in_software)};
 }
 
 // The middles of all pixels, by the surface that is drawn of them. The framebuffer has their stencil.

@@ -22,14 +22,34 @@ GLenum format_of_photographs(const ArrayShape& shape) {
   return shape.format == TexelFormat::bc7 ? GL_COMPRESSED_SRGB_ALPHA_BPTC_UNORM : GL_SRGB8_ALPHA8;
 }
 
+// Returns a view of the first levels and pages of an array.
+GlTexture view_of(const GlTexture& array, GLenum format, std::uint32_t levels, std::uint32_t pages) {
+  GLuint name = 0;
+  glGenTextures(1, &name);
+  GlTexture view(name);
+  glTextureView(name, GL_TEXTURE_2D_ARRAY, array.get(), format, 0, levels, 0, pages);
+  return view;
+}
+
+// Returns ArrayTextures::raw_texels of the photographs.
+GlTexture raw_texels_of(const GlTexture& photographs, const ArrayShape& shape) {
+  const bool has_views = epoxy_is_desktop_gl() && epoxy_gl_version() >= 43;
+  if (!has_views || shape.format == TexelFormat::bc7 || !draws_in_software()) return {};
+  return view_of(photographs, GL_RGBA8, shape.levels, shape.pages);
+}
+
 // The photographs, sRGB with validity, and their depths.
 ArrayTextures make_textures(const ArrayShape& shape) {
   const auto pages = static_cast<GLsizei>(shape.pages);
-  return {make_texture_array(format_of_photographs(shape), static_cast<GLsizei>(shape.columns * shape.place_width),
-                             static_cast<GLsizei>(shape.rows * shape.place_height), pages, GL_LINEAR,
-                             static_cast<GLsizei>(shape.levels)),
-          make_texture_array(kDepthFormat, static_cast<GLsizei>(shape.columns * shape.depth_columns),
-                             static_cast<GLsizei>(shape.rows * shape.depth_rows), pages, GL_NEAREST)};
+  ArrayTextures textures{
+      make_texture_array(format_of_photographs(shape), static_cast<GLsizei>(shape.columns * shape.place_width),
+                         static_cast<GLsizei>(shape.rows * shape.place_height), pages, GL_LINEAR,
+                         static_cast<GLsizei>(shape.levels)),
+      make_texture_array(kDepthFormat, static_cast<GLsizei>(shape.columns * shape.depth_columns),
+                         static_cast<GLsizei>(shape.rows * shape.depth_rows), pages, GL_NEAREST),
+      {}};
+  textures.raw_texels = raw_texels_of(textures.photographs, shape);
+  return textures;
 }
 
 // Rows that are copied between two arrays, the same in each of some pages.
@@ -85,15 +105,6 @@ void copy_pages(const ArrayTextures& from, const ArrayTextures& to, const ArrayS
                 {is_depth ? 0 : static_cast<GLint>(i), levels[i].width, 0, levels[i].height, 0, pages});
   }
   check_gl("copying photographs");
-}
-
-// Returns a view of the first texels of an array.
-GlTexture view_of(const GlTexture& array, GLenum format) {
-  GLuint name = 0;
-  glGenTextures(1, &name);
-  GlTexture view(name);
-  glTextureView(name, GL_TEXTURE_2D_ARRAY, array.get(), format, 0, 1, 0, 1);
-  return view;
 }
 
 struct Texel {
@@ -327,8 +338,9 @@ std::uint64_t PhotographArray::copy_band(const ArrayTextures& next, const ArrayS
 
 ArrayTextures PhotographArray::memory() const {
   if (!epoxy_is_desktop_gl() || textures_.photographs.get() == 0) return {};
-  ArrayTextures memory{view_of(textures_.photographs, format_of_photographs(shape())),
-                       view_of(textures_.depths, kDepthFormat)};
+  ArrayTextures memory{view_of(textures_.photographs, format_of_photographs(shape()), 1, 1),
+                       view_of(textures_.depths, kDepthFormat, 1, 1),
+                       {}};
   check_gl("keeping the memory of photographs");
   return memory;
 }

@@ -35,6 +35,9 @@ namespace lumatlas {
 // Textures that take the place of an array's, or none where those stay.
 struct ArrayTextures {
   GlTexture photographs, depths;
+  // Shares the memory of `photographs`, and reads sRGB as it is stored. None where the driver draws on a GPU, where
+  // texels are compressed, or where the driver makes no such texture.
+  GlTexture raw_texels;
 };
 
 class PhotographArray {
@@ -74,7 +77,9 @@ class PhotographArray {
   void take(ArrayTextures next, ArrayContents contents, GlTable tile_entries);
 
   // The textures that shaders/photographs.glsl reads: photographs, their depths in blocks, and the place of each tile.
+  // raw_texels() is none where ArrayTextures has none.
   [[nodiscard]] const GlTexture& photographs() const { return textures_.photographs; }
+  [[nodiscard]] const GlTexture& raw_texels() const { return textures_.raw_texels; }
   [[nodiscard]] const GlTexture& depths() const { return textures_.depths; }
   [[nodiscard]] const GlTexture& tile_slots() const { return tile_entries_.texture(); }
   [[nodiscard]] const ArrayContents& contents() const { return *contents_; }

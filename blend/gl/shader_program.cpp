@@ -24,8 +24,8 @@ namespace lumatlas {
 namespace {
 
 constexpr std::array kSamplers{
-    "photographs", "depths", "surfaces",   "zones",   "cells",
-    "references",  "views",  "tile_slots", "middles", "middle_colors"};  // in the order of TextureUnit
+    "photographs", "depths",     "surfaces", "zones",         "cells",     "references",
+    "views",       "tile_slots", "middles",  "middle_colors", "raw_texels"};  // in the order of TextureUnit
 
 std::string definition(std::string_view name, const std::string& value) {
   return "#define " + std::string(name) + " " + value + "\n";
@@ -47,6 +47,7 @@ std::string definitions(const ProgramKey& key) {
   if (key.views_in_block) text += "#define VIEWS_IN_BLOCK\n";
   if (key.host_depth) text += "#define HOST_DEPTH\n";
   if (key.filtered_taps) text += "#define FILTERED_TAPS\n";
+  if (key.raw_texels) text += "#define RAW_TEXELS\n";
   if (!key.cubic) text += "#define LINEAR_SAMPLING\n";
   return text;
 }

@@ -41,6 +41,7 @@ struct ProgramKey {
   bool cubic = false;           // some level of the photographs is sampled so
   bool views_in_block = false;  // the views are in a uniform block in place of a texture
   bool filtered_taps = false;   // texels of photographs are fetched in pairs
+  bool raw_texels = false;      // the shader decodes colours of photographs, see ArrayTextures::raw_texels
   bool host_depth = false;      // the depths of the caller's framebuffer are written
 
   // clang-tidy 14 takes the 0 in a defaulted comparison for a pointer.
@@ -58,9 +59,10 @@ enum class TextureUnit : std::uint8_t {
   views,
   tile_slots,
   middles,
-  middle_colors
+  middle_colors,
+  raw_texels
 };
-inline constexpr auto kLastUnit = TextureUnit::middle_colors;
+inline constexpr auto kLastUnit = TextureUnit::raw_texels;
 
 // `#define` lines of the numbers that the shaders have in common with C++, the same for every pass.
 [[nodiscard]] std::string shared_definitions();

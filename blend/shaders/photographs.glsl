@@ -1,6 +1,10 @@
 // Samples the photographs of stored views at a point of the surface.
 
 uniform sampler2DArray photographs;  // sRGB colour, linear once read; alpha: validity
+#ifdef RAW_TEXELS
+// The same texels with colours in sRGB. Mesa's driver in software calls a function for each texel of any other format.
+uniform sampler2DArray raw_texels;
+#endif
 uniform usampler2DArray depths;      // blocks of them, see atlas/views/depth_blocks.h
 
 // Returns whole numbers' quotient, rounded down: exact for numbers up to 2^21, and far faster than the division of
@@ -93,6 +97,31 @@ float frame_share(vec2 image, vec2 size, float depth) {
   return share.x * share.y;
 }
 
+// Returns the validity at a place of the texture array, 0 where the pixel there has none.
+float validity_at(vec3 texel, bool rim) {
+  // Beside a rim lie invalid pixels of the surface behind it. Neither side takes anything from the other. Masks are
+  // sampled at the finest level: they rise over several pixels.
+#ifdef RAW_TEXELS
+  vec2 first = floor(texel.xy - 0.5);
+  vec2 f = texel.xy - 0.5 - first;
+  ivec2 from = max(ivec2(first), 0);
+  ivec2 to = min(ivec2(first) + 1, textureSize(raw_texels, 0).xy - 1);
+  int page = int(texel.z);
+  vec2 upper = vec2(texelFetch(raw_texels, ivec3(from, page), 0).a,
+                    texelFetch(raw_texels, ivec3(to.x, from.y, page), 0).a);
+  vec2 lower = vec2(texelFetch(raw_texels, ivec3(from.x, to.y, page), 0).a,
+                    texelFetch(raw_texels, ivec3(to, page), 0).a);
+  vec2 nearer = f.y < 0.5 ? upper : lower;
+  float valid = f.x < 0.5 ? nearer.x : nearer.y;
+  vec2 between = mix(upper, lower, f.y);
+  return rim || !(valid > 0.0) ? valid : mix(between.x, between.y, f.x);
+#else
+  float valid = texelFetch(photographs, ivec3(texel), 0).a;
+  if (rim || !(valid > 0.0)) return valid;
+  return textureLod(photographs, vec3(texel.xy / vec2(textureSize(photographs, 0).xy), texel.z), 0.0).a;
+#endif
+}
+
 // Returns the share that is left of a stored view at a point that lies `away` from its centre, in [0, 1], without the
 // factor at rims. Its depths are shares of `depth_scale`. If the result is above 0, `rim` says whether the point is at
 // a rim.
@@ -110,11 +139,8 @@ float share_left(uint view, vec3 away, float depth_scale, out bool rim) {
   if (depth * reciprocal_at(pixel, rim, whole) > depth_scale * weights.y) return 0.0;
   float valid = 1.0;
   if (!whole) {
-    valid = texelFetch(photographs, ivec3(texel), 0).a;
+    valid = validity_at(texel, rim);
     if (!(valid > 0.0)) return 0.0;
-    // Beside a rim lie invalid pixels of the surface behind it. Neither side takes anything from the other. Masks are
-    // sampled at the finest level: they rise over several pixels.
-    if (!rim) valid = textureLod(photographs, vec3(texel.xy / vec2(textureSize(photographs, 0).xy), texel.z), 0.0).a;
   }
   return valid * frame_share(image, size.xy, depth);
 }
@@ -170,6 +196,18 @@ vec3 color_of_level(vec2 size, vec2 image, vec3 texel, int level, float footprin
   return textureLod(photographs, vec3(place, texel.z), float(level)).rgb;
 }
 #else
+// Returns the colour of a texel in linear light. Raw ones are decoded by the cubic that Mesa's driver takes for those of
+// `photographs`, so that pictures stay the same.
+vec3 color_of_texel(ivec3 texel, int level) {
+#ifdef RAW_TEXELS
+  vec3 c = texelFetch(raw_texels, texel, level).rgb;
+  vec3 power = ((0.3012 * c + 0.6935) * c + 0.0030) * c + 0.0023;
+  return mix(power, c / 12.6, lessThanEqual(c, vec3(15.0 / 255.0)));
+#else
+  return texelFetch(photographs, texel, level).rgb;
+#endif
+}
+
 // The rows and columns, of four, that are fetched. Where the picture is sampled linearly at all levels, which the
 // variant LINEAR_SAMPLING is for, the outer ones count nothing.
 #ifdef LINEAR_SAMPLING
@@ -196,7 +234,7 @@ vec3 color_of_level(vec2 size, vec2 image, vec3 texel, int level, float footprin
   for (int y = kFirstOfFour; y <= kLastOfFour; ++y) {
     vec3 of_row = vec3(0.0);
     for (int x = kFirstOfFour; x <= kLastOfFour; ++x) {
-      of_row += across[x] * texelFetch(photographs, ivec3(columns[x], rows[y], page), level).rgb;
+      of_row += across[x] * color_of_texel(ivec3(columns[x], rows[y], page), level);
     }
     sum += down[y] * of_row;
   }
