@@ -314,8 +314,8 @@ TEST_CASE("what is no request for a file gets a short refusal") {
   requests.push_back(std::string("GET /\0 HTTP/1.1\r\n", 17) + host + "\r\n");
   requests.push_back("GET / HTTP/1.1\r\n" + host + "Content-Length: 4\r\n\r\nabcd");
   requests.push_back("GET / HTTP/1.1\r\n" + host + "Content-Length: 3\r\nContent-Length: 4\r\n\r\nabcd");
-  requests.push_back(std::string(200000, '\r'));
-  requests.push_back(std::string(200000, 'z'));
+  requests.emplace_back(200000, '\r');
+  requests.emplace_back(200000, 'z');
   for (const std::string& request : requests) {
     INFO(request.substr(0, 120));
     RawConnection connection(server.port());

@@ -43,7 +43,7 @@ class Running {
   [[nodiscard]] std::vector<std::string> addresses_for_others() const { return server_.addresses_for_others(); }
   httplib::Result get(const std::string& path, const httplib::Headers& headers = {}) const {
     httplib::Client client("127.0.0.1", port_);
-    return client.Get(path.c_str(), headers);
+    return client.Get(path, headers);
   }
 
  private:

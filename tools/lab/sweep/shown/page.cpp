@@ -69,9 +69,12 @@ std::string plots_of(const SweepReport& report, const std::vector<Curve>& curves
 std::string table_of(const std::vector<TextRow>& rows) {
   std::string html = "<div class=\"scroll\"><table>\n";
   for (std::size_t i = 0; i < rows.size(); ++i) {
-    const std::string tag = i == 0 ? "th" : "td";
     html += i == 0 ? "<thead><tr>" : "<tr>";
-    for (const std::string& cell : rows[i]) html += "<" + tag + ">" + html_escaped(cell) + "</" + tag + ">";
+    for (const std::string& cell : rows[i]) {
+      html += i == 0 ? "<th>" : "<td>";
+      html += html_escaped(cell);
+      html += i == 0 ? "</th>" : "</td>";
+    }
     html += i == 0 ? "</tr></thead>\n<tbody>\n" : "</tr>\n";
   }
   return html + "</tbody></table></div>\n";
@@ -91,6 +94,7 @@ std::string counts_of(const std::vector<PointResult>& results) {
   std::map<PointResult::Status, std::size_t> counts;
   for (const PointResult& result : results) ++counts[result.status];
   std::vector<std::string> parts;
+  parts.reserve(counts.size());
   for (const auto& [status, count] : counts) parts.push_back(std::to_string(count) + " " + name_of(status));
   return count_of(results.size(), "point") + ": " + joined(parts, ", ");
 }

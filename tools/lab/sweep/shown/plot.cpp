@@ -242,7 +242,7 @@ std::string Drawing::front(std::size_t scene, const std::string& y) const {
 std::string Drawing::plot_command(std::size_t scene, const std::string& y, std::string& data, bool is_last) const {
   std::vector<std::string> parts;
   const auto block = [&](const std::string& lines) {
-    const std::string name = "$block" + std::to_string(parts.size());
+    std::string name = "$block" + std::to_string(parts.size());
     data += name + " << EOD\n" + lines + "EOD\n";
     return name;
   };
@@ -276,8 +276,12 @@ std::string Drawing::plot_command(std::size_t scene, const std::string& y, std::
   }
   for (const SweepLine& line : plot_.lines) {
     const std::string at = number(line.at);
-    const std::string what =
-        line.on_x ? block(at + " " + number(least) + "\n" + at + " " + number(most) + "\n") + " using 1:2" : at;
+    std::string what = at;
+    if (line.on_x) {
+      std::string ends = at;
+      ends += " " + number(least) + "\n" + at + " " + number(most) + "\n";
+      what = block(ends) + " using 1:2";
+    }
     parts.push_back(what + " with lines lc rgb '#777777' lw 1.3 dt (2,3)" + titled(line.label));
   }
   std::string command = "plot ";
