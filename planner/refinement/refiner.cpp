@@ -256,10 +256,10 @@ void Refiner::add(ViewSlot slot, const Camera& given, const Refinement& refineme
   if (revisit(slot)) balance_exposures();
   if (!options_.trust.enabled) return;
   neighbours_[slot] = static_cast<std::uint32_t>(ratios.size());
-  mask(slot);
+  mask(slot, TrustExtent::blocks);
   // Its neighbours can be judged better now. Doing so whenever they have twice as many costs each view a logarithm.
   for (const ExposureRatio& ratio : ratios) {
-    if (++neighbours_[ratio.slot] >= 2 * std::max(1u, masked_with_[ratio.slot])) mask(ratio.slot);
+    if (++neighbours_[ratio.slot] >= 2 * std::max(1u, masked_with_[ratio.slot])) mask(ratio.slot, TrustExtent::blocks);
   }
 }
 
@@ -355,14 +355,14 @@ void Refiner::refresh(ViewSlot slot) {
   seen_[slot].clear();
 }
 
-void Refiner::mask(ViewSlot slot) {
+void Refiner::mask(ViewSlot slot, TrustExtent extent) {
   check_cancelled(options_.cancel_check);
   const ComparedView& view = *views_[slot];
   const Camera& camera = view.camera;
   masked_with_[slot] = neighbours_[slot];
   std::vector<std::uint8_t> trust =
       trust_mask(camera, view.pyramid, view.gain, sight_of(slot, camera.shrunk_to(options_.trust.grid_px)), atlas_,
-                 views_, slot, options_.trust);
+                 views_, slot, options_.trust, extent);
   if (!(view.view->mask->trust == trust)) replace(slot, std::move(trust));
 }
 
@@ -370,7 +370,7 @@ void Refiner::publish_refined() {
   for (ViewSlot slot{0}; slot < views_.size(); ++slot) {
     if (!views_[slot]) continue;
     check_cancelled(options_.cancel_check);
-    if (options_.trust.enabled) mask(slot);
+    if (options_.trust.enabled) mask(slot, TrustExtent::regions);
     const ComparedView& view = *views_[slot];
     if (!same_pose(view.camera, view.view->camera)) replace(slot, view.view->mask->trust.all());
   }

@@ -22,7 +22,7 @@
 #include "planner/refinement/median_colors.h"
 #include "planner/refinement/pose_estimate.h"
 #include "planner/refinement/shutter_estimate.h"
-#include "planner/refinement/trust.h"
+#include "planner/refinement/trust/trust.h"
 
 namespace lumatlas {
 
@@ -187,7 +187,7 @@ class Refiner {
   void replace(ViewSlot slot, std::vector<std::uint8_t> trust);
   [[nodiscard]] bool depth_stands(ViewSlot slot) const;
   void move(ViewSlot slot, const Camera& camera);
-  void mask(ViewSlot slot);
+  void mask(ViewSlot slot, TrustExtent extent);
   void choose_samples(ViewSlot slot);
   // May be called from several threads at once for different slots.
   [[nodiscard]] Refinement compare_again(ViewSlot slot);

@@ -123,7 +123,7 @@ TEST_CASE(
     options.grid_px = grid_px;
     return complaint([&] {
       (void)trust_mask(scene.camera, pyramid, glm::dvec3(1), visible, scene.gallery.atlas, all.first(views),
-                       std::nullopt, options);
+                       std::nullopt, options, TrustExtent::regions);
     });
   };
   CHECK(trust(scene.visible, 3, 80) == "accepted");
@@ -389,7 +389,9 @@ TEST_CASE("every measure of coverage refuses cells, slots, parts and lists that 
         "coverage: slot is 4294967295, must be below the largest number that is no slot, 4294967295");
   CHECK(complaint([&] { coverage->erase(0, 2); }) == "coverage: slot is 2, must be a member of cell 0");
 
-  for (const auto& [bad, sentence] : bad_parts("coverage")) {
+  for (const auto& refused : bad_parts("coverage")) {
+    const auto& bad = refused.part;
+    const std::string& sentence = refused.sentence;
     CHECK(complaint([&] { (void)coverage->gain(0, bad, {}, {}); }) == sentence);
     CHECK(complaint([&] { coverage->change_demand(0, bad, DemandChange::add, {}); }) == sentence);
     CHECK(complaint([&] { coverage->insert(1, 0, bad); }) == sentence);
@@ -424,7 +426,9 @@ TEST_CASE("a measure of coverage refuses bad options and gains that are no bound
 
 TEST_CASE("demand refuses bad parts, parts that were not added, and priors that are none") {
   CellDemand demand;
-  for (const auto& [bad, sentence] : bad_parts("coverage")) {
+  for (const auto& refused : bad_parts("coverage")) {
+    const auto& bad = refused.part;
+    const std::string& sentence = refused.sentence;
     CHECK(complaint([&] { demand.add(bad); }) == sentence);
   }
   CHECK(complaint([&] { demand.remove(sound_part()); }) == "demand: a part is removed that was not added");
@@ -446,7 +450,9 @@ TEST_CASE("coverage of what was offered refuses cells, stores and slots that are
   CHECK(complaint([&] { offered.remove_demand(beyond); }) == no_cell);
   CHECK(complaint([&] { offered.add(beyond); }) == no_cell);
   CHECK(complaint([&] { (void)offered.gap(store, beyond); }) == no_cell);
-  for (const auto& [bad, sentence] : bad_parts("coverage")) {
+  for (const auto& refused : bad_parts("coverage")) {
+    const auto& bad = refused.part;
+    const std::string& sentence = refused.sentence;
     const std::vector<CellPart> parts{{0, bad}};
     CHECK(complaint([&] { offered.add(parts); }) == sentence);
   }

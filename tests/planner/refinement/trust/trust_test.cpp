@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: GPL-3.0-or-later
-#include "planner/refinement/trust.h"
+#include "planner/refinement/trust/trust.h"
 
 #include <tbb/global_control.h>
 
@@ -48,12 +48,12 @@ Gallery& with_views(Gallery& gallery, const std::vector<double>& degrees, const 
 }
 
 std::vector<std::uint8_t> mask_of(const Gallery& gallery, const Camera& camera, const Photograph& photograph,
-                                  const TrustOptions& options = {}, double gain = 1,
-                                  std::optional<ViewSlot> self = {}) {
+                                  const TrustOptions& options = {}, double gain = 1, std::optional<ViewSlot> self = {},
+                                  TrustExtent extent = TrustExtent::regions) {
   const Pyramid pyramid(photograph);
   return trust_mask(camera, pyramid, glm::dvec3(gain),
                     gallery.relief.visibility->trace(camera.shrunk_to(options.grid_px)), gallery.atlas, gallery.views,
-                    self, options);
+                    self, options, extent);
 }
 
 // Share of the pixels inside the rectangle, or outside it, with little trust.
@@ -235,6 +235,23 @@ TEST_CASE("a patch that is clipped in one channel keeps its trust where other vi
   // Green tells that something else is there.
   const Photograph other = gallery.relief.photograph(camera, glm::dvec3(4.0), with_patch({0.55, 0.02, 0.15}));
   CHECK_FALSE(mask_of(gallery, camera, other, {}, 0.25).empty());
+}
+
+TEST_CASE("what is darker than others show it overexposed loses its trust, what is brighter keeps it") {
+  const Camera camera = camera_on_arc(0);
+  Gallery gallery(4);
+  with_views(gallery, {-12, -6, 6, 12}, with_patch(glm::dvec3(2.0)));
+  // A leaf before the sky.
+  const Photograph leaf = gallery.relief.photograph(camera, glm::dvec3(1.0), with_patch({0.2, 0.4, 0.1}));
+  const std::vector<std::uint8_t> mask = mask_of(gallery, camera, leaf);
+  REQUIRE_FALSE(mask.empty());
+  CHECK(static_cast<int>(mask[89 * 240 + 121]) == 0);
+  // While poses are refined, it is no evidence.
+  const std::vector<std::uint8_t> refining = mask_of(gallery, camera, leaf, {}, 1, {}, TrustExtent::blocks);
+  CHECK((refining.empty() || refining[89 * 240 + 121] == 255));
+  // The same sky, two stops darker: it is twice as bright as the others can show.
+  const Photograph sky = gallery.relief.photograph(camera, glm::dvec3(0.25), with_patch(glm::dvec3(2.0)));
+  CHECK(mask_of(gallery, camera, sky, {}, 4).empty());
 }
 
 TEST_CASE("a highlight that is clipped keeps its trust where the others show nothing as bright") {

@@ -30,6 +30,16 @@ struct TrustOptions {
   double highlight_deg = 10;       // views within this angle would show the same highlight, [0, 180]
 };
 
+enum class TrustExtent : std::uint8_t {
+  // While poses are still refined: what is masked is not compared any more, so that a mask of what only looks
+  // contradicted because a pose is wrong keeps the pose wrong.
+  blocks,
+  // Once poses are final. What is contradicted block by block is completed to regions (trust_regions.h), because an
+  // occluder is solid. A channel that is overexposed in another view tells that the surface is at least as bright: a
+  // leaf before a white sky is contradicted.
+  regions,
+};
+
 // Throws std::invalid_argument naming the field, its value and the rule that it breaks.
 void check(const TrustOptions& options);
 
@@ -41,6 +51,7 @@ void check(const TrustOptions& options);
                                                    const glm::dvec3& gain, const VisibilityBuffer& visible,
                                                    const Atlas& atlas,
                                                    std::span<const std::optional<ComparedView>> views,
-                                                   std::optional<ViewSlot> self, const TrustOptions& options);
+                                                   std::optional<ViewSlot> self, const TrustOptions& options,
+                                                   TrustExtent extent);
 
 }  // namespace lumatlas
