@@ -30,6 +30,7 @@ struct TrustOptions {
   double highlight_deg = 10;       // views within this angle would show the same highlight, [0, 180]
 };
 
+// What a mask is for.
 enum class TrustExtent : std::uint8_t {
   // While poses are still refined: what is masked is not compared any more, so that a mask of what only looks
   // contradicted because a pose is wrong keeps the pose wrong.
@@ -44,9 +45,10 @@ enum class TrustExtent : std::uint8_t {
 void check(const TrustOptions& options);
 
 // One value per pixel of the view, 255 trusted, 0 contradicted, soft edges between; empty: trusted everywhere.
-// `views` by slot of the atlas, as many as it has; `self` is the view's own slot there, if it has one. `visible` is
-// what the camera sees at any resolution. Throws std::invalid_argument if the number of views is another, if the
-// photograph's size is not the camera's, if the options do not pass check(), or if `visible` is empty or not filled.
+// `gain` takes the photograph's linear light to the common exposure, a factor for each channel. `views` by slot of the
+// atlas, as many as it has; `self` is the view's own slot there, if it has one. `visible` is what the camera sees at
+// any resolution. Throws std::invalid_argument if the number of views is another, if the photograph's size is not the
+// camera's, if the options do not pass check(), or if `visible` is empty or not filled.
 [[nodiscard]] std::vector<std::uint8_t> trust_mask(const Camera& camera, const Pyramid& photograph,
                                                    const glm::dvec3& gain, const VisibilityBuffer& visible,
                                                    const Atlas& atlas,

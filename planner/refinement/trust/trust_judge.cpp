@@ -113,17 +113,15 @@ bool TrustJudge::is_wide_enough(const std::vector<OtherView>& others) {
 }
 
 // Returns how far the others' consensus is off the block, as a share of what a contradiction takes.
-double TrustJudge::difference(std::size_t block, const std::vector<OtherView>& others) const {
-  const Consensus all = consensus(others);
-  const double most = distance_from(grid_.low[block], grid_.high[block], all.color);
+double TrustJudge::difference(std::size_t block, const Consensus& others) const {
+  const double most = distance_from(grid_.low[block], grid_.high[block], others.color);
   if (!(most > 0)) return 0;
-  return most / std::max(options_.least_difference, options_.least_to_spread * all.spread);
+  return most / std::max(options_.least_difference, options_.least_to_spread * others.spread);
 }
 
-bool TrustJudge::may_be_highlight(std::size_t block, const std::vector<OtherView>& others) const {
-  const Consensus all = consensus(others);
+bool TrustJudge::may_be_highlight(std::size_t block, const Consensus& others) const {
   for (int channel = 0; channel < 3; ++channel) {
-    const bool is_darker = grid_.low[block][channel] <= all.color[channel] - kHighlightSlack;
+    const bool is_darker = grid_.low[block][channel] <= others.color[channel] - kHighlightSlack;
     if (is_darker && grid_.high[block][channel] < kAnyBrightness) return false;
   }
   return true;
@@ -157,6 +155,7 @@ bool TrustJudge::agrees_with_most(std::size_t block, std::vector<OtherView>& oth
   const glm::dvec3 direction = glm::normalize(center - position);
   const double block_size = z / camera_.fx * camera_.width / grid_.width;
   const auto& references = atlas_.references(atlas_.surface()->cells.cell_of_face[visible_.face[block]]);
+  const double near_enough = (extent_ == TrustExtent::blocks ? 1 : kDoubtful) * options_.least_difference;
   std::size_t unseen = references.size(), near = 0;
   for (const ViewSlot slot : references) {
     --unseen;
@@ -171,8 +170,7 @@ bool TrustJudge::agrees_with_most(std::size_t block, std::vector<OtherView>& oth
     // A channel that is overexposed is at least as bright as it seems, and so agrees with all that is brighter.
     const glm::dvec3 seen = encoded(views_[slot]->gain * *color);
     others.push_back({glm::mix(seen, glm::max(seen, grid_.low[block]), clipped), towards, cosine});
-    near += distance_from(grid_.low[block], grid_.high[block], others.back().color) <=
-            kDoubtful * options_.least_difference;
+    near += distance_from(grid_.low[block], grid_.high[block], others.back().color) <= near_enough;
     if (2 * near > others.size() + unseen) return true;
   }
   return false;
@@ -183,12 +181,13 @@ Judgement TrustJudge::at(std::size_t block) const {
   std::vector<OtherView> others;
   if (agrees_with_most(block, others)) return Judgement::trusted;
   if (others.size() < options_.least_views || !is_wide_enough(others)) return Judgement::unknown;
-  double off = difference(block, others);
-  if (off > kDoubtful && may_be_highlight(block, others)) {
+  const Consensus all = consensus(others);
+  double off = difference(block, all);
+  if (off > kDoubtful && may_be_highlight(block, all)) {
     const double near = std::cos(glm::radians(options_.highlight_deg));
     std::erase_if(others, [near](const OtherView& other) { return other.cosine < near; });
     if (others.size() < options_.least_views) return Judgement::trusted;
-    off = std::min(off, difference(block, others));
+    off = std::min(off, difference(block, consensus(others)));
   }
   if (off > 1) return Judgement::contradicted;
   return off > kDoubtful ? Judgement::doubtful : Judgement::trusted;

@@ -18,7 +18,7 @@
 
 namespace lumatlas {
 
-// Returns blocks as many as `visible` has pixels.
+// Returns blocks as many as `visible` has pixels. `gain` as in trust_mask().
 [[nodiscard]] TrustGrid trust_grid(const Pyramid& pyramid, const glm::dvec3& gain, const VisibilityBuffer& visible);
 
 // Keeps references to all that it is given. The arguments are those of trust_mask().
@@ -28,7 +28,8 @@ class TrustJudge {
              std::span<const std::optional<ComparedView>> views, std::optional<ViewSlot> self,
              const TrustOptions& options, TrustExtent extent);
 
-  // May be called by several threads at once.
+  // `block`: below the grid's size(). With TrustExtent::blocks, a block that is doubtful may be called trusted: fewer
+  // views are then looked at. May be called by several threads at once.
   [[nodiscard]] Judgement at(std::size_t block) const;
 
  private:
@@ -36,8 +37,8 @@ class TrustJudge {
   struct Consensus;
 
   [[nodiscard]] bool agrees_with_most(std::size_t block, std::vector<OtherView>& others) const;
-  [[nodiscard]] double difference(std::size_t block, const std::vector<OtherView>& others) const;
-  [[nodiscard]] bool may_be_highlight(std::size_t block, const std::vector<OtherView>& others) const;
+  [[nodiscard]] double difference(std::size_t block, const Consensus& others) const;
+  [[nodiscard]] bool may_be_highlight(std::size_t block, const Consensus& others) const;
   [[nodiscard]] static Consensus consensus(const std::vector<OtherView>& others);
   [[nodiscard]] static bool is_wide_enough(const std::vector<OtherView>& others);
 

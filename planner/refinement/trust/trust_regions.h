@@ -28,7 +28,7 @@ namespace lumatlas {
 inline constexpr std::uint32_t kThick = 5;  // blocks
 inline constexpr int kDoubtfulReach = 3;    // blocks
 inline constexpr double kSameColor = 0.05;  // largest difference of a channel, square roots of linear light
-inline constexpr std::size_t kVotes = 4;
+inline constexpr std::size_t kVotes = 4;    // occluder's blocks for each trusted one of a segment
 
 // Returns 1 for each block that gets little trust, 0 for the others. `judge` is called at most once a block, by several
 // threads at once, and only for those that it may depend on.

@@ -47,7 +47,7 @@ void check_is(const std::vector<std::uint8_t>& found, const BlockRect& expected)
 constexpr BlockRect kCoat{10, 8, 22, 24};
 constexpr BlockRect kContradicted{10, 8, 22, 14};  // the part of it that others say something of
 
-// Other judgements than `inside` are those of the wall.
+// `coat` and `wall`: what is said of their blocks that are not contradicted.
 Judge judging(const BlockRect& contradicted, Judgement coat, Judgement wall) {
   return [=](std::size_t block) {
     if (contradicted.contains(block)) return Judgement::contradicted;
