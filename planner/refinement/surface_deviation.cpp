@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <glm/trigonometric.hpp>
 #include <limits>
@@ -32,6 +33,7 @@ constexpr double kSeenDepth = 1.01;      // a view sees a point up to this many 
 constexpr double kMostShare = 0.3;       // largest move of a patch, as a share of the depth
 constexpr std::size_t kLeastPoints = 4;  // fewest compared points that measure a cell
 constexpr double kLeastMeasured = 0.25;  // share of measured cells from which others take the deviation of these
+constexpr double kPatchDepth = 0.02;     // most difference of a patch from what a view sees, as a share of the depth
 constexpr std::uint8_t kTrusted = 128;   // least StoredView::trust of a pixel that is compared
 constexpr double kMostDeviation = 1e30;  // scene units, so that sums of deviations stay finite as floats
 
@@ -117,6 +119,21 @@ std::optional<ViewPair> best_pair(const std::vector<PointView>& views, const Poi
   return best;
 }
 
+// Returns whether the pixels that a view shows a place of the surface with see the surface and nothing before or far
+// behind it.
+bool sees(const PointView& seen, const glm::dvec3& place) {
+  const Camera& camera = seen.view->camera;
+  const glm::dvec3 cam = camera.cam_from_world(place);
+  const glm::dvec2 first = glm::floor(camera.image_from_cam(cam) - 0.5);
+  if (!(cam.z > 0 && first.x >= 0 && first.y >= 0 && first.x + 1 < camera.width && first.y + 1 < camera.height))
+    return false;
+  const std::size_t pixel = static_cast<std::size_t>(first.y) * camera.width + static_cast<std::size_t>(first.x);
+  const auto is_near = [&](std::size_t at) {
+    return std::abs(cam.z - static_cast<double>(seen.view->mask->depth[at])) < kPatchDepth * cam.z;
+  };
+  return is_near(pixel) && is_near(pixel + 1) && is_near(pixel + camera.width) && is_near(pixel + camera.width + 1);
+}
+
 // The brightness of a patch of the tangent plane around a point in the first view, less its mean.
 class Patch {
  public:
@@ -133,6 +150,7 @@ class Patch {
         const glm::dvec2 image = first.image_from_cam(first.cam_from_world(place));
         shown_.push_back(brightness(*pair.first.view->photograph, image));
         in_second_.push_back(second.cam_from_world(place));
+        is_whole_ = is_whole_ && sees(pair.first, place) && sees(pair.second, place);
       }
     }
     const auto count = static_cast<double>(shown_.size());
@@ -142,6 +160,9 @@ class Patch {
       squares_ += value * value;
     }
   }
+
+  // Returns whether both views see all of it: whether it reaches over no edge of the surface.
+  [[nodiscard]] bool is_whole() const { return is_whole_; }
 
   // Returns the standard deviation of the brightness.
   [[nodiscard]] double contrast() const { return std::sqrt(squares_ / static_cast<double>(shown_.size())); }
@@ -168,6 +189,7 @@ class Patch {
   std::vector<glm::dvec3> in_second_;  // its points in the second camera's frame
   std::vector<double> shown_;
   double squares_ = 0;
+  bool is_whole_ = true;
 };
 
 // Returns the radius of patches in photographs of that camera, pixels: in a small photograph a patch of few pixels
@@ -205,10 +227,11 @@ std::optional<std::size_t> best_place(const std::vector<double>& correlations, d
   return nearest;
 }
 
-// Returns the distance of the surface from the point that two views agree on, scene units; none without texture.
+// Returns the distance of the surface from the point that two views agree on, scene units; none without texture, or
+// where the patch reaches over an edge, beyond which the views show other things beside it.
 std::optional<double> distance_off(const SurfacePoint& point, const ViewPair& pair, const DeviationOptions& options) {
   const Patch patch(point, pair, patch_radius(options, pair.second.view->camera));
-  if (patch.contrast() < options.least_contrast) return std::nullopt;
+  if (!patch.is_whole() || patch.contrast() < options.least_contrast) return std::nullopt;
   const double step = kStepPx * pair.second.pixel / std::sin(pair.angle);
   const double most = kMostShare * std::min(pair.first.depth, pair.second.depth);
   const int steps = static_cast<int>(std::min(options.most_shift_px / kStepPx, most / step));

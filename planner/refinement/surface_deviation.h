@@ -4,8 +4,8 @@
 // The planner compares points of the surface in two views whose directions are a few degrees apart. It moves the patch
 // around a point along the first view's ray until the second view shows the same image; the distance moved is the error
 // of the surface there. Where no distance matches a textured patch (leaves, glass, fur), the error is at least the
-// distance searched. A point's error is the lower median over several pairs of views. The paper takes the surface as
-// exact.
+// distance searched. A patch that reaches over an edge of the surface in one of the views is not compared. A point's
+// error is the lower median over several pairs of views. The paper takes the surface as exact.
 #pragma once
 
 #include <algorithm>
