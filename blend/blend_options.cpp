@@ -29,6 +29,7 @@ BlendOptions BlendOptions::printed() {
   options.sampling = Sampling::linear;
   options.soften = false;
   options.soft_edges = false;
+  options.outlines = false;
   options.prefilter = false;
   options.border_width = 0;
   options.exposure = Exposure::model;
@@ -41,6 +42,7 @@ BlendOptions BlendOptions::draft() {
   BlendOptions options;
   options.sampling = Sampling::linear;
   options.soft_edges = false;
+  options.outlines = false;
   options.border_width = 0;
   options.supersample = 1;
   return options;

@@ -86,6 +86,8 @@ struct BlendOptions {
   bool soften = true;
   // Blurs the picture across depth edges by the deviation of the nearer surface, see soft_edges.h; printed: no
   bool soft_edges = true;
+  // Continues surfaces past their outlines by their deviation, see outlines.h; printed: no
+  bool outlines = true;
   bool prefilter = true;                 // views nearer than the picture's camera are sampled at their coarser levels
   Exposure exposure = Exposure::nearby;  // the picture's; printed: model, for sections 3.1 and 3.3 name no other
   // Width over which neighbouring cells fade into each other, as a share of the cell size, [0, 1]; printed: 0

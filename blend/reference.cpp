@@ -20,6 +20,7 @@
 #include "atlas/views/depth_blocks.h"
 #include "blend/exposure.h"
 #include "blend/geometric_weight.h"
+#include "blend/outlines.h"
 #include "blend/sampling/cubic_kernel.h"
 #include "blend/sampling/footprint.h"
 #include "blend/sampling/supersampling.h"
@@ -125,12 +126,13 @@ glm::dvec3 filtered(const std::vector<ImageLevel>& levels, const glm::dvec2& ima
 
 struct SurfacePoint {
   glm::dvec3 world{0.0};
-  double z = 0;          // its depth in the novel camera
-  double deviation = 0;  // the surface's, see Snapshot::cell_deviation
+  double z = 0;               // its depth in the novel camera
+  double deviation = 0;       // the surface's, see Snapshot::cell_deviation
+  bool is_continued = false;  // past its outline, see outlines.h
 };
 
 // The share of a view that is left at a point, see BlendOptions; `cam` and `image`: the point in that view.
-double share_left(const Source& source, ViewSlot slot, const glm::dvec3& world, const glm::dvec3& cam,
+double share_left(const Source& source, ViewSlot slot, const SurfacePoint& point, const glm::dvec3& cam,
                   const glm::dvec2& image, const Camera& novel, const BlendOptions& options) {
   const Camera& camera = source.snapshot.views[slot]->camera;
   const TileTable& tiles = source.snapshot.tiles;
@@ -144,20 +146,23 @@ double share_left(const Source& source, ViewSlot slot, const glm::dvec3& world, 
   const double here = mask.rgba[4 * (y * mask.width + x) + 3] / 255.0;
   if (!(here > 0)) return 0;
   // Beside a rim lie invalid pixels of the surface behind it. Neither side takes anything from the other.
-  const double valid =
-      shown.at_rim ? here * rim_share(world, novel.center(), camera.center(), options) : bilinear(mask, image).validity;
+  // Past an outline the view sees what is behind the surface, whose validity says nothing about the surface.
+  const bool is_past = point.is_continued && (1 + kOutlineStep) * cam.z * shown.reciprocal < 1;
+  const double valid = shown.at_rim || is_past
+                           ? (is_past ? 1 : here) * rim_share(point.world, novel.center(), camera.center(), options)
+                           : bilinear(mask, image).validity;
   return valid * frame_share(image, size, cam.z > source.before_far ? kFarFrameFade : options.frame_fade);
 }
 
 WeightedColor color_in_view(const Source& source, ViewSlot slot, const SurfacePoint& point, const Camera& novel,
                             const BlendOptions& options) {
-  const auto& [world, z, deviation] = point;
+  const auto& [world, z, deviation, is_continued] = point;
   const Snapshot& snapshot = source.snapshot;
   const Camera& camera = snapshot.views[slot]->camera;
   const glm::dvec3 cam = camera.cam_from_world(world);
   if (cam.z <= 0) return {};
   const glm::dvec2 image = camera.image_from_cam(cam);
-  const double left = share_left(source, slot, world, cam, image, novel, options);
+  const double left = share_left(source, slot, point, cam, image, novel, options);
   if (!(left > 0)) return {};
   const double footprint = options.prefilter ? z * camera.fx / (options.supersample * novel.fx * cam.z) : 1;
   const bool sharp = options.sampling == BlendOptions::Sampling::cubic;
@@ -244,6 +249,7 @@ struct Picture {
   const VisibilityBuffer& visible;
   const BlendOptions& options;
   const CellShares& shares;
+  std::span<const std::uint32_t> from = {};  // the pixel whose surface each shows, see outlines.h; empty: its own
 };
 
 glm::dvec4 shares_at(const CellShares& shares, std::uint32_t face, const glm::dvec3& weights) {
@@ -297,9 +303,13 @@ Shaded shade(const Picture& picture, std::size_t pixel) {
   const glm::dvec2 image(static_cast<double>(x) + 0.5, static_cast<double>(y) + 0.5);
   const auto z = static_cast<double>(picture.visible.depth[pixel]);
   const glm::dvec3 world = camera.center() + z * camera.ray(image);
-  const glm::dvec3 weights = corner_weights(snapshot.surface->mesh, face, world);
+  const std::size_t from = picture.from.empty() ? pixel : picture.from[pixel];
+  const std::size_t column = from % camera.width, row = from / camera.width;
+  const glm::dvec2 from_image(static_cast<double>(column) + 0.5, static_cast<double>(row) + 0.5);
+  const glm::dvec3 there = camera.center() + z * camera.ray(from_image);
+  const glm::dvec3 weights = corner_weights(snapshot.surface->mesh, face, there);
   Shaded shaded;
-  const SurfacePoint point{world, z, deviation_at(snapshot, face)};
+  const SurfacePoint point{world, z, deviation_at(snapshot, face), from != pixel};
   if (blend_cells(picture, face, shares_at(picture.shares, face, weights), point, shaded.color)) {
     shaded.state = PixelState::textured;
   } else {
@@ -364,18 +374,48 @@ Rendering rounded(const Camera& camera, const std::vector<Shaded>& pixels) {
   return rendering;
 }
 
+// Of the pixels' surfaces, 0 where there is none.
+std::vector<float> deviations(const Snapshot& snapshot, const VisibilityBuffer& visible) {
+  std::vector<float> deviation;
+  deviation.reserve(visible.face.size());
+  for (const std::uint32_t face : visible.face) {
+    deviation.push_back(face == FaceId::none ? 0.0f : static_cast<float>(deviation_at(snapshot, face)));
+  }
+  return deviation;
+}
+
+double most_edge_deviation(const Snapshot& snapshot) {
+  return kMostOfMedian * static_cast<double>(median_deviation(snapshot.cell_deviation));
+}
+
+// What the middles of pixels show once outlines are continued, and the pixel that it comes from; none: its own.
+struct ShownSurface {
+  VisibilityBuffer visible;
+  std::vector<std::uint32_t> from;
+};
+
+ShownSurface with_outlines(const VisibilityBuffer& visible, const Snapshot& snapshot, const Camera& camera,
+                           const BlendOptions& options) {
+  ShownSurface shown{visible, {}};
+  const double most = most_edge_deviation(snapshot);
+  if (!options.outlines || !(most > 0)) return shown;
+  shown.from = continued_outlines(camera, visible, deviations(snapshot, visible), most);
+  for (std::size_t pixel = 0; pixel < shown.from.size(); ++pixel) {
+    shown.visible.face[pixel] = visible.face[shown.from[pixel]];
+    shown.visible.depth[pixel] = visible.depth[shown.from[pixel]];
+  }
+  return shown;
+}
+
 // The picture with soft edges, if options ask for them. `visible`: what the middles of its pixels see.
 Rendering with_soft_edges(Rendering rendering, const Snapshot& snapshot, const Camera& camera,
                           const VisibilityBuffer& visible, const BlendOptions& options) {
-  const double most = kMostOfMedian * static_cast<double>(median_deviation(snapshot.cell_deviation));
+  const double most = most_edge_deviation(snapshot);
   if (!options.soft_edges || !(most > 0)) return rendering;
-  std::vector<float> deviation;
   std::vector<std::uint8_t> seen;
-  for (const std::uint32_t face : visible.face) {
-    seen.push_back(face == FaceId::none ? 0 : 1);
-    deviation.push_back(face == FaceId::none ? 0.0f : static_cast<float>(deviation_at(snapshot, face)));
-  }
-  rendering.picture = with_soft_edges(rendering.picture, seen, edge_blur(camera, visible, deviation, most));
+  for (const std::uint32_t face : visible.face) seen.push_back(face == FaceId::none ? 0 : 1);
+  rendering.picture =
+      with_soft_edges(rendering.picture, seen, edge_blur(camera, visible, deviations(snapshot, visible), most));
   return rendering;
 }
 
@@ -427,16 +467,19 @@ Diagnosis diagnose_reference(const Snapshot& snapshot, const Camera& camera, con
   Diagnosis diagnosis{camera.width, camera.height, render_reference(snapshot, camera, visible, of_own_cell).state, {}};
   diagnosis.pixels.resize(diagnosis.state.size());
   const Source source(snapshot, options, glm::dvec3(1));
-  tbb::parallel_for(std::size_t{0}, diagnosis.pixels.size(), [&](std::size_t pixel) {
-    const std::uint32_t face = visible.face[pixel];
+  const auto [shown, from] = with_outlines(visible, snapshot, camera, options);
+  tbb::parallel_for(std::size_t{0}, diagnosis.pixels.size(), [&, &shown = shown, &from = from](std::size_t pixel) {
+    const std::uint32_t face = shown.face[pixel];
     if (face == FaceId::none) return;
     const std::size_t x = pixel % camera.width;
     const std::size_t y = pixel / camera.width;
     const glm::dvec2 image(static_cast<double>(x) + 0.5, static_cast<double>(y) + 0.5);
-    const auto z = static_cast<double>(visible.depth[pixel]);
+    const auto z = static_cast<double>(shown.depth[pixel]);
     const glm::dvec3 world = camera.center() + z * camera.ray(image);
+    const bool is_continued = !from.empty() && from[pixel] != pixel;
     const CellId cell = snapshot.surface->cells.cell_of_face[face];
-    diagnosis.pixels[pixel] = diagnose(source, snapshot.references.of_cell(cell), {world, z}, camera, of_own_cell);
+    diagnosis.pixels[pixel] =
+        diagnose(source, snapshot.references.of_cell(cell), {world, z, 0, is_continued}, camera, of_own_cell);
   });
   return diagnosis;
 }
@@ -449,8 +492,9 @@ Rendering render_reference(const Snapshot& snapshot, const Camera& camera, const
   require_buffer_of(camera, visible, snapshot.surface->mesh.faces.size());
   const Source source(snapshot, options, picture_exposure(NearbyExposure(snapshot), camera, options));
   const CellShares shares = share_cells(*snapshot.surface, options.border_width * snapshot.surface->cells.size);
-  return with_soft_edges(rounded(camera, shade_all({source, camera, visible, at_middle(options), shares})), snapshot,
-                         camera, visible, options);
+  const auto [shown, from] = with_outlines(visible, snapshot, camera, options);
+  return with_soft_edges(rounded(camera, shade_all({source, camera, shown, at_middle(options), shares, from})),
+                         snapshot, camera, shown, options);
 }
 
 Rendering render_reference(const Snapshot& snapshot, const Camera& camera, const Visibility& visibility,
@@ -460,12 +504,16 @@ Rendering render_reference(const Snapshot& snapshot, const Camera& camera, const
   check(snapshot);
   const Source source(snapshot, options, picture_exposure(NearbyExposure(snapshot), camera, options));
   const CellShares shares = share_cells(*snapshot.surface, options.border_width * snapshot.surface->cells.size);
-  const VisibilityBuffer visible = visibility.trace(camera);
-  std::vector<Shaded> pixels = shade_all({source, camera, visible, at_middle(options), shares});
+  const auto [visible, from] = with_outlines(visibility.trace(camera), snapshot, camera, options);
+  std::vector<Shaded> pixels = shade_all({source, camera, visible, at_middle(options), shares, from});
   if (options.supersample == 1) return with_soft_edges(rounded(camera, pixels), snapshot, camera, visible, options);
-  const std::vector<std::uint8_t> sampled = options.antialias == BlendOptions::Antialias::all
-                                                ? std::vector<std::uint8_t>(pixels.size(), 1)
-                                                : silhouettes(camera, visible);
+  std::vector<std::uint8_t> sampled = options.antialias == BlendOptions::Antialias::all
+                                          ? std::vector<std::uint8_t>(pixels.size(), 1)
+                                          : silhouettes(camera, visible);
+  // Samples know nothing of what is continued past outlines.
+  for (std::size_t pixel = 0; pixel < from.size(); ++pixel) {
+    if (from[pixel] != pixel) sampled[pixel] = 0;
+  }
   std::vector<VisibilityBuffer> visible_samples;
   const std::vector<Camera> samples = sample_cameras(camera, options.supersample);
   visible_samples.reserve(samples.size());

@@ -232,6 +232,7 @@ struct Renderer::State {
   void take_batches(const DrawnZones* former, const DrawnZones& next, std::optional<MeshObjects> added);
   void describe(const Camera& camera, const glm::dvec3& exposure, const BlendOptions& options) const;
   void store_views(std::vector<glm::vec4> table);
+  [[nodiscard]] bool continues_outlines(const BlendOptions& options) const;
   [[nodiscard]] bool views_in_block() const { return views_block.get() != 0; }
   [[nodiscard]] bool make_next_program();
   void bind_tables() const;
@@ -242,6 +243,7 @@ struct Renderer::State {
   void mark_sampled(const ColorTargets& target);
   void copy_colors(ColorTargets& target, Output output);
   void draw_samples(ColorTargets& target, const BlendOptions& options, Output output);
+  void continue_outlines(const BlendOptions& options);
   void soften_edges(ColorTargets& target, Output output, bool are_marked);
   void draw_part(ColorTargets& target, const BlendOptions& options, Output output);
   void copy_part(const PicturePart& part) const;
@@ -462,6 +464,37 @@ ProgramKey Renderer::State::blend_key(Pass pass, std::uint32_t most_cells, const
           .raw_texels = photographs.raw_texels().get() != 0 && !steps.filtered_taps.value_or(!in_software)};
 }
 
+bool Renderer::State::continues_outlines(const BlendOptions& options) const {
+  return options.outlines && tables->most_edge_deviation > 0;
+}
+
+// Continues the middles' surface past outlines. Pixels that it comes to are for the shader of the most cells, which
+// draws all. The target of the samples, which are drawn later, has the surface as it was, in its lower left corner.
+void Renderer::State::continue_outlines(const BlendOptions& options) {
+  add_soft_edges(targets);
+  add_samples(targets, options.supersample);
+  const auto width = static_cast<GLint>(targets.width), height = static_cast<GLint>(targets.height);
+  glViewport(0, 0, width, height);
+  glBindFramebuffer(GL_READ_FRAMEBUFFER, targets.middles.pass.get());
+  glReadBuffer(GL_COLOR_ATTACHMENT0);
+  glBindFramebuffer(GL_DRAW_FRAMEBUFFER, targets.samples.pass.get());
+  glBlitFramebuffer(0, 0, width, height, 0, 0, width, height, GL_COLOR_BUFFER_BIT, GL_NEAREST);
+  glBindFramebuffer(GL_FRAMEBUFFER, targets.edge_rows_pass.get());
+  draw_screen(programs.get({.pass = Pass::outline_rows}), targets.middles.surface);
+  glBindFramebuffer(GL_FRAMEBUFFER, targets.middles.pass.get());
+  glEnable(GL_STENCIL_TEST);
+  glStencilFunc(GL_ALWAYS, static_cast<GLint>(kCellsOfShader.size()), 0xFF);
+  glStencilOp(GL_KEEP, GL_KEEP, GL_REPLACE);
+  const GLuint program = programs.get({.pass = Pass::outlines});
+  glUseProgram(program);
+  glUniform1f(glGetUniformLocation(program, "most_deviation"), static_cast<GLfloat>(tables->most_edge_deviation));
+  bind_texture(TextureUnit::middles, GL_TEXTURE_2D, targets.edge_rows);
+  draw_screen(program, targets.samples.surface);
+  glDisable(GL_STENCIL_TEST);
+  check_gl("continuing outlines");
+  tell("outlines");
+}
+
 // The middles of all pixels, by the surface that is drawn of them. The framebuffer has their stencil.
 void Renderer::State::draw_blend(const ColorTargets& target, const BlendOptions& options, Output output) {
   constexpr std::array<GLfloat, 4> kEmpty{};
@@ -471,7 +504,8 @@ void Renderer::State::draw_blend(const ColorTargets& target, const BlendOptions&
   glEnable(GL_STENCIL_TEST);
   glStencilMask(0);  // then it is tested before a pixel is shaded
   for (std::size_t i = 0; i < kCellsOfShader.size(); ++i) {
-    if (seen_runs.at(i).empty()) continue;
+    const bool may_be_continued = continues_outlines(options) && i + 1 == kCellsOfShader.size();
+    if (seen_runs.at(i).empty() && !may_be_continued) continue;
     glStencilFunc(GL_EQUAL, static_cast<GLint>(i) + 1, 0xFF);
     draw_screen(programs.get(blend_key(Pass::blend, kCellsOfShader.at(i), options, output)), targets.middles.surface);
   }
@@ -623,6 +657,7 @@ void Renderer::State::draw_parts(const Camera& camera, const BlendOptions& optio
     seen_runs = zones->in_view(of_part);
     focal_length = camera.fx;
     draw_surface(targets.middles, 1);
+    if (continues_outlines(options)) continue_outlines(options);
     draw_rest(part);
   }
 }
@@ -917,6 +952,11 @@ std::vector<ProgramKey> Renderer::State::picture_keys(const BlendOptions& option
   for (const std::uint32_t most_cells : kCellsOfShader) {
     keys.push_back(blend_key(Pass::blend, most_cells, options, Output::srgb));
     if (!(options.border_width > 0)) break;  // no cells fade into each other
+  }
+  if (options.outlines && edge_deviation > 0) {
+    for (const Pass pass : {Pass::outline_rows, Pass::outlines}) keys.push_back({.pass = pass});
+    if (!(options.border_width > 0))
+      keys.push_back(blend_key(Pass::blend, kCellsOfShader.back(), options, Output::srgb));
   }
   if (options.supersample > 1) {
     keys.push_back({.pass = Pass::silhouettes});

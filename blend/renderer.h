@@ -73,8 +73,8 @@ struct HostDepth {
 };
 
 // Called after the commands of each pass were given to the driver, with the name of the pass: "surface", "blend",
-// "silhouettes", "surface of samples", "samples" or "soft edges"; and after references were ranked, with "ranking". It
-// may ask the driver for the time, and must leave all other state of the context as it is.
+// "outlines", "silhouettes", "surface of samples", "samples" or "soft edges"; and after references were ranked, with
+// "ranking". It may ask the driver for the time, and must leave all other state of the context as it is.
 using PassListener = std::function<void(const char* pass)>;
 
 class Renderer {

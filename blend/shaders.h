@@ -12,6 +12,8 @@ extern const std::string_view k_screen_vert;
 extern const std::string_view k_blend_frag;
 extern const std::string_view k_diagnose_frag;
 extern const std::string_view k_silhouettes_frag;
+extern const std::string_view k_outline_rows_frag;
+extern const std::string_view k_outlines_frag;
 extern const std::string_view k_edges_frag;
 extern const std::string_view k_edge_rows_frag;
 extern const std::string_view k_soft_edges_frag;

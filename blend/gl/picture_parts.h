@@ -6,14 +6,16 @@
 #include <cstdint>
 #include <vector>
 
+#include "blend/outlines.h"
 #include "blend/soft_edges.h"
 #include "mesh/camera/camera.h"
 
 namespace lumatlas {
 
 // Pixels around a part that are drawn with it and not copied: soft_edges.h mixes pixels up to kEdgeReach away, of which
-// each may be a mean of samples because of its neighbour.
-inline constexpr std::uint32_t kAroundPart = kEdgeReach + 1;
+// each may be a mean of samples because of its neighbour, which may show a surface that is continued from kOutlineReach
+// away.
+inline constexpr std::uint32_t kAroundPart = kEdgeReach + 1 + kOutlineReach;
 
 struct PartRect {
   std::uint32_t left, top, width, height;

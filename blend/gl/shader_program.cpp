@@ -13,6 +13,7 @@
 #include "blend/exposure.h"
 #include "blend/geometric_weight.h"
 #include "blend/gl/gl_state.h"
+#include "blend/outlines.h"
 #include "blend/sampling/footprint.h"
 #include "blend/shaders.h"
 #include "blend/soft_edges.h"
@@ -63,6 +64,10 @@ ProgramSource source_of(Pass pass) {
       return {"surface", k_surface_vert, k_surface_frag};
     case Pass::silhouettes:
       return {"silhouettes", k_screen_vert, k_silhouettes_frag};
+    case Pass::outline_rows:
+      return {"rows of outlines", k_screen_vert, k_outline_rows_frag};
+    case Pass::outlines:
+      return {"outlines", k_screen_vert, k_outlines_frag};
     case Pass::edges:
       return {"edges", k_screen_vert, k_edges_frag};
     case Pass::edge_rows:
@@ -111,6 +116,9 @@ std::string shared_definitions() {
          definition("SOFT_EDGE_SINE", constant(std::sin(glm::radians(kSoftEdgeDegrees)))) +
          definition("MOST_EDGE_BLUR", constant(kMostEdgeBlur)) + definition("EDGE_BEND", constant(kEdgeBend)) +
          definition("BLUR_FALL", constant(kBlurFall)) + definition("EDGE_REACH", std::to_string(kEdgeReach)) +
+         definition("OUTLINE_OF_SHIFT", constant(kOutlineOfShift)) +
+         definition("OUTLINE_REACH", std::to_string(kOutlineReach)) +
+         definition("OUTLINE_STEP", constant(kOutlineStep)) +
          definition("RIM_NEAR_COSINE", constant(std::cos(glm::radians(kRimNearDegrees)))) +
          definition("RIM_FAR_COSINE", constant(std::cos(glm::radians(kRimFarDegrees)))) +
          definition("DEPTH_BLOCK_SIDE", std::to_string(kDepthBlockSide)) +
@@ -142,6 +150,7 @@ GLuint ShaderPrograms::add(const ProgramKey& key, PendingProgram pending) {
     glUniform1i(glGetUniformLocation(program.get(), kSamplers.at(unit)), static_cast<GLint>(unit));
   }
   glUniform1i(glGetUniformLocation(program.get(), "variances"), static_cast<GLint>(TextureUnit::surfaces));
+  glUniform1i(glGetUniformLocation(program.get(), "row_depths"), static_cast<GLint>(TextureUnit::middles));
   for (const char* const name : {"sharp", "shown"}) {
     glUniform1i(glGetUniformLocation(program.get(), name), static_cast<GLint>(TextureUnit::photographs));
   }

@@ -15,13 +15,15 @@
 namespace lumatlas {
 
 enum class Pass : std::uint8_t {
-  surface,      // the visible surface
-  silhouettes,  // which pixels get samples
-  blend,        // colours at the middles of pixels
-  samples,      // means over samples
-  edges,        // the variances of the blur at depth edges
-  edge_rows,    // their spread along rows
-  soft_edges,   // their spread along columns, and the blurred picture
+  surface,       // the visible surface
+  silhouettes,   // which pixels get samples
+  outline_rows,  // the least depths along rows
+  outlines,      // surfaces, continued past their outlines
+  blend,         // colours at the middles of pixels
+  samples,       // means over samples
+  edges,         // the variances of the blur at depth edges
+  edge_rows,     // their spread along rows
+  soft_edges,    // their spread along columns, and the blurred picture
   diagnose,
   present,  // into the caller's framebuffer
 };

@@ -203,6 +203,7 @@ vec4 shade(Surface surface, vec2 image) {
 #ifdef ONE_CELL
   surface.shares = vec4(1.0, 0.0, 0.0, 0.0);
 #endif
+  is_continued = surface.is_continued;
   vec3 world = world_from_pixel(image, surface.z);
   uvec4 zone = entry(zones, surface.zone);
   vec3 color;
@@ -257,6 +258,8 @@ vec4 shown() {
 #ifdef LATE_STENCIL
   if (!is_sampled(middles, pixel)) across = 0;
 #endif
+  // Samples know nothing of what is continued past outlines.
+  if (is_continued_at(middles, pixel)) across = 0;
   uint seen = 0u;
   for (int i = 0; i < across * across; ++i) {
     if (depth_at(surfaces, texel_of_sample(first, i)) > 0.0) seen |= 1u << i;

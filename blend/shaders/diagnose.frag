@@ -43,6 +43,7 @@ vec3 shares_of_best() {
 void main() {
   Surface surface = surface_of(texelFetch(surfaces, ivec2(gl_FragCoord.xy), 0));
   if (surface.zone == kNothing) discard;
+  is_continued = surface.is_continued;
   vec2 image = vec2(gl_FragCoord.x, center.w - gl_FragCoord.y);
   vec3 cam = vec3((image - intrinsics.zw) / intrinsics.xy, 1.0) * surface.z;
   vec3 to_novel = -(cam.x * cam_from_world[0].xyz + cam.y * cam_from_world[1].xyz + cam.z * cam_from_world[2].xyz);

@@ -7,6 +7,9 @@ uniform sampler2DArray raw_texels;
 #endif
 uniform usampler2DArray depths;      // blocks of them, see atlas/views/depth_blocks.h
 
+// Whether the pixel shows a surface past its outline, see outlines.h.
+bool is_continued = false;
+
 // Returns whole numbers' quotient, rounded down: exact for numbers up to 2^21, and far faster than the division of
 // integers, for which GPUs have no instruction.
 vec2 quotient(vec2 number, vec2 divisor) {
@@ -136,11 +139,16 @@ float share_left(uint view, vec3 away, float depth_scale, out bool rim) {
   ivec3 pixel;
   if (!locate(size, image, texel, pixel)) return 0.0;
   bool whole;
-  if (depth * reciprocal_at(pixel, rim, whole) > depth_scale * weights.y) return 0.0;
+  float seen = depth * reciprocal_at(pixel, rim, whole);
+  if (seen > depth_scale * weights.y) return 0.0;
+  // Past an outline the view sees what is behind the surface, whose validity says nothing about the surface.
+  bool is_past = is_continued && (1.0 + OUTLINE_STEP) * seen < depth_scale;
+  rim = rim || is_past;
   float valid = 1.0;
   if (!whole) {
     valid = validity_at(texel, rim);
     if (!(valid > 0.0)) return 0.0;
+    if (is_past) valid = 1.0;
   }
   return valid * frame_share(image, size.xy, depth);
 }

@@ -7,6 +7,11 @@ float depth_at(usampler2D surfaces, ivec2 pixel) {
   return texel.x == kNothing ? 0.0 : uintBitsToFloat(texel.y);
 }
 
+bool is_continued_at(usampler2D surfaces, ivec2 pixel) {
+  uvec4 texel = texelFetch(surfaces, pixel, 0);
+  return texel.x != kNothing && (texel.w & kContinued) == kContinued;
+}
+
 bool bends(usampler2D surfaces, ivec2 pixel, float z, ivec2 step_px) {
   ivec2 size = textureSize(surfaces, 0);
   float bend = -2.0;

@@ -14,7 +14,7 @@ uniform uint variant;  // which of the shaders for 1, 2 and 4 cells draws this f
 layout(location = 0) out uvec4 texel;
 
 void main() {
-  texel = texel_of(Surface(zone_of_face, 1.0 / gl_FragCoord.w, vec4(cell_shares, 0.0), linear_color));
+  texel = texel_of(Surface(zone_of_face, 1.0 / gl_FragCoord.w, vec4(cell_shares, 0.0), linear_color, false));
 #ifdef LATE_STENCIL
   texel.w |= variant << 30;
 #endif

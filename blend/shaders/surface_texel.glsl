@@ -5,7 +5,11 @@ struct Surface {
   float z;        // in the camera frame
   vec4 shares;    // shares of the zone's cells
   vec3 fallback;  // the vertices' colour, linear
+  bool is_continued;  // past its outline, see outlines.h
 };
+
+// In the last word of pixels that a surface is continued to past its outline; also CELLS of the variant, as below.
+const uint kContinued = 3u << 30;
 
 uint bits_of(float value, uint most) {
   return uint(clamp(value, 0.0, 1.0) * float(most) + 0.5);
@@ -29,10 +33,10 @@ Surface surface_of(uvec4 texel) {
   vec3 shares = vec3(value_of(texel.z, 2047u), value_of(texel.z >> 11, 2047u), value_of(texel.z >> 22, 1023u));
   vec3 root = vec3(value_of(texel.w, 1023u), value_of(texel.w >> 10, 1023u), value_of(texel.w >> 20, 1023u));
   return Surface(texel.x, uintBitsToFloat(texel.y), vec4(shares, max(0.0, 1.0 - shares.x - shares.y - shares.z)),
-                 root * root);
+                 root * root, (texel.w & kContinued) == kContinued);
 }
 
 // Returns CELLS of the variant that draws a pixel: see LATE_STENCIL in surface.frag. 0: there is no surface.
 int variant_of(uvec4 texel) {
-  return texel.x == kNothing ? 0 : 1 << (texel.w >> 30);
+  return texel.x == kNothing ? 0 : 1 << min(texel.w >> 30, 2u);
 }

@@ -39,7 +39,7 @@ TEST_CASE("an embedded context is OpenGL ES of at least 3.0, and says so") {
 TEST_CASE("the picture's shaders are GLSL ES 3.00, and OpenGL ES compiles each with what WebGL 2 promises") {
   for (const std::string_view source :
        {k_surface_vert, k_surface_frag, k_screen_vert, k_blend_frag, k_diagnose_frag, k_silhouettes_frag, k_edges_frag,
-        k_edge_rows_frag, k_soft_edges_frag, k_present_frag}) {
+        k_outline_rows_frag, k_outlines_frag, k_edge_rows_frag, k_soft_edges_frag, k_present_frag}) {
     CHECK(source.substr(0, source.find('\n')) == "#version 300 es");
     CHECK(source.find("gl_PrimitiveID") == std::string_view::npos);
     CHECK(source.find("#extension") == std::string_view::npos);
@@ -49,6 +49,7 @@ TEST_CASE("the picture's shaders are GLSL ES 3.00, and OpenGL ES compiles each w
   ShaderPrograms programs;
   std::vector<ProgramKey> keys{{.pass = Pass::surface},    {.pass = Pass::silhouettes},
                                {.pass = Pass::edges},      {.pass = Pass::edge_rows},
+                               {.pass = Pass::outlines},   {.pass = Pass::outline_rows},
                                {.pass = Pass::soft_edges}, {.pass = Pass::soft_edges, .output = Output::linear},
                                {.pass = Pass::present},    {.pass = Pass::present, .host_depth = true}};
   for (const std::uint32_t views : {1u, 3u, kMaxBlendedViews}) {

@@ -18,6 +18,7 @@
 #include "blend/renderer.h"
 #include "tests/support/gl_test_context.h"
 #include "tests/support/rendering_difference.h"
+#include "tests/support/scenes/panel_scenes.h"
 #include "tests/support/scenes/wall_scenes.h"
 
 namespace lumatlas {
@@ -28,46 +29,10 @@ constexpr int kEdge = 48;              // the column where the near surface ends
 constexpr double kNear = 2, kFar = 4;  // depths
 constexpr std::uint8_t kNearGrey = 40, kFarGrey = 200;
 
-// A rectangle that faces the camera or leans, of one cell.
-struct Panel {
-  std::array<glm::vec3, 4> corners;  // left top, right top, left bottom, right bottom
-  std::uint8_t grey;                 // at its first corner
-  float deviation;
-  std::uint8_t more = 0;  // grey at each later corner than at the one before
-};
-
-Snapshot panels(const std::vector<Panel>& of) {
-  const auto surface = std::make_shared<Surface>();
-  Snapshot snapshot;
-  FallbackColors::Colors colors;
-  std::vector<CellId> cell_of_face;
-  for (const Panel& panel : of) {
-    const auto first = static_cast<std::uint32_t>(surface->mesh.positions.size());
-    for (std::size_t corner = 0; corner < panel.corners.size(); ++corner) {
-      surface->mesh.positions.push_back(panel.corners.at(corner));
-      colors.emplace_back(static_cast<std::uint8_t>(panel.grey + corner * panel.more));
-    }
-    surface->mesh.faces.emplace_back(first, first + 2, first + 1);
-    surface->mesh.faces.emplace_back(first + 1, first + 2, first + 3);
-    cell_of_face.insert(cell_of_face.end(), 2, CellId{static_cast<std::uint32_t>(snapshot.cell_seen.size())});
-    snapshot.cell_seen.push_back(0);
-    snapshot.cell_deviation.push_back(panel.deviation);
-  }
-  surface->cells = measure_cells(surface->mesh, std::move(cell_of_face), 1);
-  snapshot.surface = surface;
-  snapshot.vertex_colors = std::move(colors);
-  snapshot.references.offsets.assign(of.size() + 1, 0);
-  return snapshot;
-}
-
-Panel facing(float left, float right, double depth, std::uint8_t grey, double deviation) {
-  const auto z = static_cast<float>(depth);
-  return {{glm::vec3(left, -9, z), {right, -9, z}, {left, 9, z}, {right, 9, z}}, grey, static_cast<float>(deviation)};
-}
-
 // The near surface fills the left half of a picture from the origin; the far one is behind both halves.
 Snapshot step_scene(double near_deviation, double far_deviation) {
-  return panels({facing(-9, 0, kNear, kNearGrey, near_deviation), facing(-9, 9, kFar, kFarGrey, far_deviation)});
+  return panel_snapshot(
+      {facing(-9, 0, kNear, kNearGrey, near_deviation), facing(-9, 9, kFar, kFarGrey, far_deviation)});
 }
 
 // The deviation by which edges of the near surface are blurred with this standard deviation, pixels.
@@ -75,13 +40,19 @@ double deviation_for(double blur) {
   return std::sqrt(blur * blur + 1) * kNear / (kSide * std::sin(glm::radians(kSoftEdgeDegrees)));
 }
 
-BlendOptions sharp() {
+BlendOptions soft() {
   BlendOptions options;
+  options.outlines = false;  // edges stay where the surface ends
+  return options;
+}
+
+BlendOptions sharp() {
+  BlendOptions options = soft();
   options.soft_edges = false;
   return options;
 }
 
-Rendering by_rays(const Snapshot& snapshot, const Camera& camera, const BlendOptions& options = {}) {
+Rendering by_rays(const Snapshot& snapshot, const Camera& camera, const BlendOptions& options = soft()) {
   return render_reference(snapshot, camera, *make_ray_visibility(snapshot.surface->mesh), options);
 }
 
@@ -112,7 +83,7 @@ TEST_CASE("an edge is as soft as the nearer surface is off, whatever the farther
       if (context) {
         Renderer renderer;
         renderer.load(snapshot);
-        pictures.push_back(renderer.render(camera, {}));
+        pictures.push_back(renderer.render(camera, soft()));
         CHECK(share_different(pictures[0], pictures[1], 1) == 0);
       }
       for (const Rendering& picture : pictures) {
@@ -142,10 +113,10 @@ TEST_CASE(
     return renderer.render(camera, options);
   };
   const Rendering hard = rendered(deviation_for(0) * 0.99, sharp());
-  CHECK(share_different(rendered(deviation_for(0) * 0.99, {}), hard, 0) == 0);
-  CHECK(share_different(rendered(0, {}), hard, 0) == 0);
-  CHECK(share_different(rendered(deviation_for(2), {}), hard, 0) > 0.05);
-  CHECK(share_different(rendered(deviation_for(100), {}), rendered(deviation_for(2), {}), 1) == 0);
+  CHECK(share_different(rendered(deviation_for(0) * 0.99, soft()), hard, 0) == 0);
+  CHECK(share_different(rendered(0, soft()), hard, 0) == 0);
+  CHECK(share_different(rendered(deviation_for(2), soft()), hard, 0) > 0.05);
+  CHECK(share_different(rendered(deviation_for(100), soft()), rendered(deviation_for(2), soft()), 1) == 0);
 }
 
 TEST_CASE("of one cell's deviation counts at most twice the median of all") {
@@ -154,17 +125,17 @@ TEST_CASE("of one cell's deviation counts at most twice the median of all") {
   const Camera camera = forward_camera(kSide, kSide);
   std::vector<Panel> scene{facing(-9, 0, kNear, kNearGrey, deviation_for(2)), facing(-9, 9, kFar, kFarGrey, 0)};
   const auto differs = [&] {
-    const Snapshot snapshot = panels(scene);
+    const Snapshot snapshot = panel_snapshot(scene);
     Renderer renderer;
     renderer.load(snapshot);
-    const Rendering soft = renderer.render(camera, {});
-    CHECK(share_different(soft, by_rays(snapshot, camera), 1) == 0);
-    return share_different(soft, renderer.render(camera, sharp()), 0);
+    const Rendering softened = renderer.render(camera, soft());
+    CHECK(share_different(softened, by_rays(snapshot, camera), 1) == 0);
+    return share_different(softened, renderer.render(camera, sharp()), 0);
   };
   CHECK(differs() > 0.05);
   // Two surfaces out of sight that are exact to a thousandth of that.
   for (int i = 0; i < 2; ++i) scene.push_back(facing(-9, 9, -5, kFarGrey, deviation_for(2) / 1000));
-  CHECK(median_deviation(panels(scene).cell_deviation) == static_cast<float>(deviation_for(2) / 1000));
+  CHECK(median_deviation(panel_snapshot(scene).cell_deviation) == static_cast<float>(deviation_for(2) / 1000));
   CHECK(differs() == 0);
 }
 
@@ -178,9 +149,9 @@ TEST_CASE("creases, surfaces seen edge-on and the end of the surface are no edge
   const Panel island{{glm::vec3(-0.5, -0.5, 2), {0.5, -0.5, 2}, {-0.5, 0.5, 2}, {0.5, 0.5, 2}}, kFarGrey, off};
   for (const std::vector<Panel>& scene : {std::vector{floor, wall}, std::vector{plain}, std::vector{island}}) {
     Renderer renderer;
-    renderer.load(panels(scene));
+    renderer.load(panel_snapshot(scene));
     const Camera camera = forward_camera(kSide, kSide);
-    CHECK(share_different(renderer.render(camera, {}), renderer.render(camera, sharp()), 0) == 0);
+    CHECK(share_different(renderer.render(camera, soft()), renderer.render(camera, sharp()), 0) == 0);
   }
 }
 
@@ -214,11 +185,11 @@ TEST_CASE("pixels away from depth edges stay the same to the last bit, and the s
   const std::optional<EglContext> context = context_or_skip();
   if (!context) return;
   const auto off = static_cast<float>(deviation_for(1.5));
-  const Snapshot snapshot =
-      panels({{{glm::vec3(-9, -9, 4), {9, -9, 4}, {-9, 9, 4}, {9, 9, 4}}, 10, off, 60},
-              {{glm::vec3(-0.9, -0.7, 2), {-0.2, -0.6, 2.3}, {-0.8, 0.5, 2.2}, {-0.1, 0.6, 2.5}}, 60, off, 50},
-              {{glm::vec3(0.1, -0.3, 1.7), {0.8, -0.8, 2}, {0.2, 0.6, 2.1}, {0.9, 0.1, 2.4}}, 250, off / 2, 255 - 70},
-              {{glm::vec3(-0.4, 0.2, 3), {0.6, 0.1, 3}, {-0.5, 0.4, 3}, {0.7, 0.4, 3}}, 0, 2 * off, 80}});
+  const Snapshot snapshot = panel_snapshot(
+      {{{glm::vec3(-9, -9, 4), {9, -9, 4}, {-9, 9, 4}, {9, 9, 4}}, 10, off, 60},
+       {{glm::vec3(-0.9, -0.7, 2), {-0.2, -0.6, 2.3}, {-0.8, 0.5, 2.2}, {-0.1, 0.6, 2.5}}, 60, off, 50},
+       {{glm::vec3(0.1, -0.3, 1.7), {0.8, -0.8, 2}, {0.2, 0.6, 2.1}, {0.9, 0.1, 2.4}}, 250, off / 2, 255 - 70},
+       {{glm::vec3(-0.4, 0.2, 3), {0.6, 0.1, 3}, {-0.5, 0.4, 3}, {0.7, 0.4, 3}}, 0, 2 * off, 80}});
   Renderer renderer, in_parts({.part_px = 64});
   renderer.load(snapshot);
   in_parts.load(snapshot);
@@ -226,21 +197,21 @@ TEST_CASE("pixels away from depth edges stay the same to the last bit, and the s
   double changed = 0, different = 0, levels = 0;
   for (std::size_t number = 0; number < 4; ++number) {
     const Camera camera = forward_camera(160, 120, {0.13 * static_cast<double>(number) - 0.2, 0.07, 0.1});
-    const Rendering soft = renderer.render(camera, {}), hard = renderer.render(camera, sharp());
-    CHECK(soft.state == hard.state);
-    CHECK(share_different(in_parts.render(camera, {}), soft, 1) <= 0.001);
+    const Rendering softened = renderer.render(camera, soft()), hard = renderer.render(camera, sharp());
+    CHECK(softened.state == hard.state);
+    CHECK(share_different(in_parts.render(camera, soft()), softened, 1) <= 0.001);
     const std::vector<std::uint8_t> around = around_steps(visibility->trace(camera));
     for (std::size_t pixel = 0; pixel < around.size(); ++pixel) {
-      const bool same =
-          std::equal(&soft.picture.rgb[3 * pixel], &soft.picture.rgb[3 * pixel] + 3, &hard.picture.rgb[3 * pixel]);
+      const bool same = std::equal(&softened.picture.rgb[3 * pixel], &softened.picture.rgb[3 * pixel] + 3,
+                                   &hard.picture.rgb[3 * pixel]);
       changed += same ? 0 : 1;
       if (!around[pixel]) CHECK(same);
     }
-    different += share_different(soft, render_reference(snapshot, camera, *visibility, {}), 2) / 4;
-    const LinearRendering linear = renderer.render_linear(camera, {});
+    different += share_different(softened, render_reference(snapshot, camera, *visibility, soft()), 2) / 4;
+    const LinearRendering linear = renderer.render_linear(camera, soft());
     for (std::size_t value = 0; value < linear.rgb.size(); ++value) {
-      levels = std::max(levels,
-                        std::abs(static_cast<double>(srgb8_from_linear(linear.rgb[value])) - soft.picture.rgb[value]));
+      levels = std::max(
+          levels, std::abs(static_cast<double>(srgb8_from_linear(linear.rgb[value])) - softened.picture.rgb[value]));
     }
   }
   CHECK(changed > 4 * 160 * 120 * 0.02);
@@ -268,7 +239,7 @@ TEST_CASE("a soft edge that moves flickers less than a hard one") {
   };
   const double hard = flicker(sharp());
   CHECK(hard > 0);
-  CHECK(flicker({}) < 0.7 * hard);
+  CHECK(flicker(soft()) < 0.7 * hard);
 }
 
 TEST_CASE("what does not fit the picture is refused") {

@@ -37,6 +37,9 @@ Settings<BlendOptions> blend_fields() {
                      "Blur photographs in pictures from other directions where the surface is uncertain"),
       switch_setting("soft-edges", &Options::soft_edges,
                      "Blur the picture across depth edges where the nearer surface is uncertain"),
+      switch_setting(
+          "outlines", &Options::outlines,
+          "Continue surfaces past their outlines where they are uncertain, so that photographs show the outline"),
       switch_setting("prefilter", &Options::prefilter,
                      "Sample photographs that were taken from nearer at their coarser levels"),
       number_setting("border-width", &Options::border_width, "SHARE", number_rule(0, 1),

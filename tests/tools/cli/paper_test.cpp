@@ -125,6 +125,7 @@ TEST_CASE("render and validate --paper contradict what says otherwise") {
     check_contradiction(command, {"--exposure", "nearby"});
     check_contradiction(command, {"--set", "blend.soften=on"});
     check_contradiction(command, {"--set", "blend.soft-edges=on"});
+    check_contradiction(command, {"--set", "blend.outlines=on"});
     check_contradiction(command, {"--set", "blend.prefilter=on"});
     check_contradiction(command, {"--set", "blend.consistent=on"});
     check_contradiction(command, {"--set", "blend.frame-fade=0.02"});

@@ -82,10 +82,10 @@ TEST_CASE("every field has a row, an option of a command, a table of its own, or
   }
   {
     const auto [views, lambda, position, rims, fade_last, consistent, frame_fade, sampling, soften, soft_edges,
-                prefilter, exposure, border_width, supersample, antialias, occlusion_tolerance] =
+                outlines, prefilter, exposure, border_width, supersample, antialias, occlusion_tolerance] =
         BlendOptions();  // exposure, supersample: options
     CHECK(blend_settings().size() == count_of(views, lambda, position, rims, fade_last, consistent, frame_fade,
-                                              sampling, soften, soft_edges, prefilter, exposure, border_width,
+                                              sampling, soften, soft_edges, outlines, prefilter, exposure, border_width,
                                               supersample, antialias, occlusion_tolerance) -
                                          2 + 1);  // blend.weights
   }

@@ -222,6 +222,7 @@ export interface BlendSettings {
   cubic: boolean;
   soften: boolean;
   soft_edges: boolean;
+  outlines: boolean;
   prefilter: boolean;
   nearby_exposure: boolean;
   supersample: number;

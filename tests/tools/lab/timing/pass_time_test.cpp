@@ -28,8 +28,8 @@ TEST_CASE("each pass of a picture is timed, in the order in which it is drawn") 
   renderer.load(snapshot);
   const std::vector<Camera> cameras{room_camera(2).scaled_to(160, 120), room_camera(4).scaled_to(160, 120)};
   const std::vector<PassTime> times = pass_times(renderer, cameras, {});
-  CHECK(passes_of(times) == std::vector<std::string>{"ranking", "surface", "blend", "silhouettes", "surface of samples",
-                                                     "samples", "soft edges"});
+  CHECK(passes_of(times) == std::vector<std::string>{"ranking", "surface", "outlines", "blend", "silhouettes",
+                                                     "surface of samples", "samples", "soft edges"});
   for (const PassTime& time : times) {
     CAPTURE(time.pass);
     CHECK(time.wall > 0);

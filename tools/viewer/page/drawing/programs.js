@@ -7,7 +7,7 @@ import {ContextLost, GlObjects} from './gl_objects.js';
 const SAMPLERS = [
   'photographs', 'depths', 'surfaces', 'zones', 'cells', 'references', 'views', 'tile_slots', 'image', 'mask',
   'diagnosis', 'seen_depths', 'variances', 'sharp', 'fine', 'coarse', 'middles',
-  'middle_colors',
+  'middle_colors', 'row_depths',
 ];
 /** @param {string} name */
 export const unitOf = (name) => SAMPLERS.indexOf(name);
@@ -16,6 +16,8 @@ export const unitOf = (name) => SAMPLERS.indexOf(name);
 const PASSES = {
   surface: {vertex: 'surface.vert', fragment: 'surface.frag'},
   silhouettes: {fragment: 'silhouettes.frag'},
+  outline_rows: {fragment: 'outline_rows.frag'},
+  outlines: {fragment: 'outlines.frag'},
   edges: {fragment: 'edges.frag'},
   edge_rows: {fragment: 'edge_rows.frag'},
   soft_edges: {fragment: 'soft_edges.frag'},

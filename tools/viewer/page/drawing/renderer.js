@@ -35,9 +35,9 @@ const DIAGNOSIS_BYTES = 16 + 4;
 
 // Longest side of the parts that pictures with samples are drawn in: their targets are then small.
 export const MOST_PART_PX = 320;
-// A pixel may mix those five pixels away, and silhouettes among them are found from their neighbours: see
-// blend/soft_edges.h.
-const AROUND_PX = 6;
+// A pixel may mix those five pixels away, silhouettes among them are found from their neighbours, and surfaces are
+// continued over four: see blend/soft_edges.h and outlines.h.
+const AROUND_PX = 10;
 
 // A part of a picture: what is drawn, from its top left corner, and what of that is copied: left, top, right, bottom.
 /** @typedef {{x: number, y: number, size: Size, inner: [number, number, number, number]}} Part */
@@ -117,13 +117,19 @@ export class Renderer {
 
   readyForStills() {
     const softens = this.softens() ? ['edges', 'edge_rows', 'soft_edges'] : [];
-    return [this.programs.ready('samples', 4),
-            ...['silhouettes', ...softens].map((pass) => this.programs.ready(pass))].every(Boolean);
+    const outlines = this.continuesOutlines() ? ['outline_rows', 'outlines'] : [];
+    return [this.programs.ready('samples', 4), !outlines.length || this.programs.ready('blend', 4),
+            ...['silhouettes', ...outlines, ...softens].map((pass) => this.programs.ready(pass))].every(Boolean);
   }
 
   // Returns whether still frames are blurred across depth edges.
   softens() {
     return this.scene.blend.soft_edges && this.scene.median_deviation > 0;
+  }
+
+  // Returns whether still frames continue surfaces past their outlines.
+  continuesOutlines() {
+    return this.scene.blend.outlines && this.scene.median_deviation > 0;
   }
 
   // Returns the bytes of render targets for an interactive and a still frame of these sizes.
@@ -134,7 +140,8 @@ export class Renderer {
     const samples = this.scene.blend.supersample ** 2;
     const ofSurroundings = Math.max(surroundingsBytes(moving), surroundingsBytes(still));
     return MOST_GLANCE_BYTES + ofSurroundings + PICTURE_BYTES * ofMoving + STILL_BYTES * ofStill +
-        ofPart * (PICTURE_BYTES + samples * SURFACE_BYTES + STILL_BYTES + (this.softens() ? 2 * EDGE_BYTES : 0));
+        ofPart * (PICTURE_BYTES + samples * SURFACE_BYTES + STILL_BYTES +
+                  (this.softens() ? 2 * EDGE_BYTES : this.continuesOutlines() ? EDGE_BYTES : 0));
   }
 
   // Bytes on the GPU, as they were asked for.
@@ -362,9 +369,10 @@ export class Renderer {
     return program;
   }
 
-  // In a draft, the cells of a zone count as one, and photographs are sampled linearly.
+  // In a draft, the cells of a zone count as one, and photographs are sampled linearly. `isContinued`: the surface may
+  // be, past outlines.
   /** @param {PictureTarget} target */
-  drawBlend(target, isDraft = false) {
+  drawBlend(target, isDraft = false, isContinued = false) {
     const {gl} = this;
     gl.bindFramebuffer(gl.FRAMEBUFFER, target.blend);
     gl.viewport(0, 0, target.width, target.height);
@@ -376,7 +384,7 @@ export class Renderer {
       this.drawScreen('draft', 1, target.surface);
     } else {
       CELLS_OF_SHADER.forEach((cells, i) => {
-        if (!this.isDrawn(i)) return;
+        if (!this.isDrawn(i) && !(isContinued && i === CELLS_OF_SHADER.length - 1)) return;
         gl.stencilFunc(gl.EQUAL, i + 1, 0xFF);
         this.drawScreen('blend', cells, target.surface);
       });
@@ -423,6 +431,32 @@ export class Renderer {
     gl.bindFramebuffer(gl.DRAW_FRAMEBUFFER, copy.framebuffer);
     gl.blitFramebuffer(0, 0, width, height, 0, 0, width, height, gl.COLOR_BUFFER_BIT, gl.NEAREST);
     return copy.colour;
+  }
+
+  // Continues the middles' surface past outlines. Pixels that it comes to are for the shader of the most cells, which
+  // draws all. The target of the samples, which are drawn later, has the surface as it was, in its lower left corner.
+  /** @param {PictureTarget} target */
+  continueOutlines(target) {
+    const {gl} = this;
+    const {width, height} = target;
+    const across = this.scene.blend.supersample;
+    const copy = this.surfaceTarget('samples', across * width, across * height);
+    const rows = this.edgeTarget('edge rows', width, height);
+    gl.viewport(0, 0, width, height);
+    gl.bindFramebuffer(gl.READ_FRAMEBUFFER, target.pass);
+    gl.bindFramebuffer(gl.DRAW_FRAMEBUFFER, copy.pass);
+    gl.blitFramebuffer(0, 0, width, height, 0, 0, width, height, gl.COLOR_BUFFER_BIT, gl.NEAREST);
+    gl.bindFramebuffer(gl.FRAMEBUFFER, rows.framebuffer);
+    this.drawScreen('outline_rows', 0, target.surface);
+    gl.bindFramebuffer(gl.FRAMEBUFFER, target.pass);
+    gl.enable(gl.STENCIL_TEST);
+    gl.stencilFunc(gl.ALWAYS, CELLS_OF_SHADER.length, 0xFF);
+    gl.stencilOp(gl.KEEP, gl.KEEP, gl.REPLACE);
+    bindTexture(gl, 'row_depths', gl.TEXTURE_2D, rows.variances);
+    const most = this.programs.use('outlines').uniform('most_deviation');
+    gl.uniform1f(most, MOST_OF_MEDIAN * this.scene.median_deviation);
+    this.drawScreen('outlines', 0, copy.surface);
+    gl.disable(gl.STENCIL_TEST);
   }
 
   // Blurs the picture across depth edges, as the middles' surface tells.
@@ -517,7 +551,8 @@ export class Renderer {
       this.surface.rank(shown, this.scene);
       const target = this.pictureTarget('part', ...size);
       this.drawSurface(target, true);
-      this.drawBlend(target);
+      if (this.continuesOutlines()) this.continueOutlines(target);
+      this.drawBlend(target, false, this.continuesOutlines());
       if (this.scene.blend.supersample > 1) this.drawSamples(target);
       if (this.softens()) this.softenEdges(target);
       if (fades) this.drawFade(target);
