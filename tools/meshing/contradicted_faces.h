@@ -10,21 +10,13 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
-#include <glm/vec3.hpp>
 #include <span>
 #include <vector>
 
 #include "mesh/mesh.h"
-#include "tools/stereo/agreeing_depths.h"
+#include "tools/meshing/measured_views.h"
 
 namespace lumatlas {
-
-// A photograph with depths, all of one size.
-struct MeasuredView {
-  StereoDepth measured;
-  std::vector<glm::vec3> color;     // one per pixel, sRGB in [0, 255]
-  std::vector<std::uint8_t> valid;  // one per pixel: 0 if it does not count, else 1
-};
 
 struct ContradictedFaces {
   std::vector<std::uint32_t> faces;  // ascending

@@ -149,6 +149,7 @@ FarSphere complete(const std::filesystem::path& scene, const SceneViews& views, 
   CompletedSurface completed = complete_surface(scene, views, ranks, options, callback, mesh);
   result.frames = completed.shares;
   result.added_faces = completed.added_faces;
+  result.faces_before = completed.faces_before;
   result.removed = {completed.contradicted.faces.size(), completed.contradicted.groups, completed.contradicted.pixels};
   for (const std::string& sentence : completed.warnings) add_warning(sentence, result);
   add_warning(filled_frames_warning(completed.shares), result);

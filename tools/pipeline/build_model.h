@@ -109,6 +109,7 @@ struct BuildResult {
   std::optional<TrustShares> trust;          // none if BuildOptions::measure_deviation is off
   std::optional<FrameShares> frames;         // the offered photographs' shares; none if complete_surface() did not look
   std::size_t added_faces = 0;               // faces that complete_surface() added to the mesh
+  std::size_t faces_before = 0;              // those of them that stand before the mesh
   RemovedFaces removed;                      // faces that complete_surface() removed from the mesh
   std::optional<MeshDiagnosis> fit;          // the fit of mesh and photographs; none for a watched scene
   std::vector<SkippedView> skipped;          // sorted by name

@@ -10,32 +10,11 @@
 #include <vector>
 
 #include "mesh/visibility/visibility.h"
+#include "tests/support/scenes/measured_panels.h"
 #include "tests/support/scenes/wall_scenes.h"
 
 namespace lumatlas {
 namespace {
-
-// Adds a grid of squares of side 0.05 in a plane across the z axis, and returns the numbers of its faces.
-struct FaceRange {
-  std::size_t first = 0, end = 0;
-};
-FaceRange add_panel(double left, double right, double top, double bottom, double depth, Mesh& mesh) {
-  const FaceRange before{mesh.faces.size(), 0};
-  const auto columns = static_cast<std::uint32_t>(std::lround((right - left) / 0.05));
-  const auto rows = static_cast<std::uint32_t>(std::lround((bottom - top) / 0.05));
-  const auto start = static_cast<std::uint32_t>(mesh.positions.size());
-  for (std::uint32_t y = 0; y <= rows; ++y) {
-    for (std::uint32_t x = 0; x <= columns; ++x) mesh.positions.emplace_back(left + 0.05 * x, top + 0.05 * y, depth);
-  }
-  for (std::uint32_t y = 0; y < rows; ++y) {
-    for (std::uint32_t x = 0; x < columns; ++x) {
-      const std::uint32_t a = start + y * (columns + 1) + x, b = a + columns + 1;
-      mesh.faces.emplace_back(a, b, a + 1);
-      mesh.faces.emplace_back(a + 1, b, b + 1);
-    }
-  }
-  return {before.first, mesh.faces.size()};
-}
 
 constexpr double kDoorX = 0.4, kDoorY = 0.5, kWallDepth = 4;
 
@@ -86,20 +65,12 @@ struct DoorwayScene {
 
   static MeasuredView view_of(const Camera& camera, const VisibilityBuffer& measured, const VisibilityBuffer& seen,
                               double misread) {
-    MeasuredView view;
-    view.measured.camera = camera;
+    MeasuredView view = measured_view(camera, measured, seen, room_color);
     for (std::size_t pixel = 0; pixel < seen.face.size(); ++pixel) {
-      const std::size_t x = pixel % camera.width, y = pixel / camera.width;
-      const glm::dvec3 ray = camera.ray({static_cast<double>(x) + 0.5, static_cast<double>(y) + 0.5});
-      const glm::dvec3 point = camera.center() + double{seen.depth[pixel]} * ray;
-      const bool is_known = seen.face[pixel] != FaceId::none;
-      float depth = is_known ? measured.depth[pixel] : 0;
-      if (is_known && is_plain(point)) depth *= static_cast<float>(misread);
-      view.measured.depth.push_back(depth);
-      view.measured.deviation.push_back(0.002F * depth);
-      view.measured.agreeing.push_back(depth > 0 ? 7 : 0);
-      view.color.push_back(is_known ? room_color(point) : glm::vec3(0));
-      view.valid.push_back(1);
+      if (seen.face[pixel] == FaceId::none || !is_plain(view.point_at(pixel, seen.depth[pixel]))) continue;
+      view.measured.depth[pixel] *= static_cast<float>(misread);
+      view.measured.deviation[pixel] *= static_cast<float>(misread);
+      if (misread == 0) view.measured.agreeing[pixel] = 0;
     }
     return view;
   }
@@ -108,13 +79,6 @@ struct DoorwayScene {
     return contradicted_faces(given, views, [] {});
   }
 };
-
-// The share of some faces that are in an ascending list.
-double share_in(const std::vector<std::uint32_t>& faces, const FaceRange& of) {
-  const auto first = std::lower_bound(faces.begin(), faces.end(), of.first);
-  const auto last = std::lower_bound(faces.begin(), faces.end(), of.end);
-  return static_cast<double>(last - first) / static_cast<double>(of.end - of.first);
-}
 
 TEST_CASE("a lid over a doorway and a scrap in the air are contradicted, a pole and a plain wall are not") {
   for (const double misread : {0.0, 1.5}) {

@@ -373,6 +373,7 @@ json summary(const BuildResult& result, const BuildOptions& options) {
           {"faces",
            {{"kept", result.snapshot.surface->near_faces()},
             {"added", result.added_faces},
+            {"before", result.faces_before},
             {"contradicted", result.removed.faces},
             {"contradicted_groups", result.removed.groups},
             {"contradicted_pixels", result.removed.pixels},

@@ -16,6 +16,8 @@
 #include "mesh/repair/repair.h"
 #include "tools/base/process/interrupt.h"
 #include "tools/meshing/contradicted_faces.h"
+#include "tools/meshing/faces_before.h"
+#include "tools/meshing/measured_views.h"
 #include "tools/meshing/mesh_completion.h"
 #include "tools/meshing/photograph_mesh.h"
 #include "tools/pipeline/surface/completion_gain.h"
@@ -149,15 +151,14 @@ StageProgress shown_by(const BuildCallback& callback, std::optional<BuildStage>&
   };
 }
 
-// Returns the faces of the mesh that the matched photographs contradict.
-ContradictedFaces contradicted_by(const SceneStereo& stereo, const Mesh& mesh) {
+std::vector<MeasuredView> measured_views(const SceneStereo& stereo) {
   std::vector<MeasuredView> views(stereo.views().size());
   for_each_index(views.size(), [&](std::size_t i) {
     throw_if_interrupted();
     SmallPhotograph photograph = small_photograph(stereo.views()[i], stereo.camera(i));
     views[i] = {stereo.depth(i), std::move(photograph.color), std::move(photograph.valid)};
   });
-  return contradicted_faces(mesh, views, throw_if_interrupted);
+  return views;
 }
 
 // Returns the mesh without some of its faces, given in ascending order.
@@ -259,20 +260,46 @@ void change_mesh(const CompletionInput& input, const ContradictedFaces& contradi
   stage.finish();
 }
 
+// Adds the faces of the other surface that photographs show before the mesh, unless photographs are predicted worse
+// with them. `seen` becomes what is seen then.
+void add_before(const CompletionInput& input, const std::vector<MeasuredView>& views, const TriangleSoup& other,
+                const BuildCallback& callback, MeshInput& mesh, Outlook& seen, CompletedSurface& result) {
+  BuildStage stage(callback, "adding what stands before the mesh", 0);
+  const Mesh other_mesh = repair(other, glm::dvec3(0), throw_if_interrupted).mesh;
+  const FacesBefore before = faces_before(mesh.mesh, other_mesh, views, throw_if_interrupted);
+  if (!before.faces.empty()) {
+    TriangleSoup surface = soup_of(mesh.mesh), part = soup_of(other_mesh);
+    part.faces.clear();
+    for (const std::uint32_t face : before.faces) part.faces.push_back(other_mesh.faces[face]);
+    append_faces(part, surface);
+    Mesh whole = repair(surface, glm::dvec3(0), throw_if_interrupted).mesh;
+    Outlook after = input.outlook(whole);
+    const std::optional<double> gain =
+        completion_gain_db(input.photographs, *seen.surface, seen.beyond.get(), *after.surface);
+    if (gain && *gain > 0) {
+      result.added_faces += before.faces.size();
+      result.faces_before = before.faces.size();
+      take(std::move(whole), std::move(after), result.shares.surface, mesh, seen, result);
+    }
+  }
+  stage.finish();
+}
+
 // Matches the photographs of some views, and changes the mesh by what they show.
 void match_and_change(const CompletionInput& input, const std::vector<std::size_t>& matched,
                       const std::filesystem::path& folder, const BuildCallback& callback, MeshInput& mesh,
                       Outlook& seen, CompletedSurface& result) {
-  ContradictedFaces contradicted;
-  const TriangleSoup other =
-      surface_of_photographs(input.views, matched, input.points, folder, callback,
-                             [&](const SceneStereo& stereo) { contradicted = contradicted_by(stereo, mesh.mesh); });
+  std::vector<MeasuredView> views;
+  const TriangleSoup other = surface_of_photographs(input.views, matched, input.points, folder, callback,
+                                                    [&](const SceneStereo& stereo) { views = measured_views(stereo); });
+  ContradictedFaces contradicted = contradicted_faces(mesh.mesh, views, throw_if_interrupted);
   result.matched = matched.size();
   if (contradicted.pixels > kMostContradicted) {
     result.warnings.push_back(too_much_contradicted(contradicted));
     contradicted = {};
   }
   change_mesh(input, contradicted, other, callback, mesh, seen, result);
+  add_before(input, views, other, callback, mesh, seen, result);
 }
 
 // Extends the mesh by guesses (extended_surface.h), unless photographs are predicted worse with them.

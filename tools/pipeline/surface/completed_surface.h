@@ -45,7 +45,8 @@ struct CompletedSurface {
   FarSphere far;
   FrameShares shares;
   std::size_t added_faces = 0;
-  std::size_t matched = 0;  // photographs that depths were taken from; 0: added surface can bring too little
+  std::size_t faces_before = 0;  // those of the added faces that stand before the mesh (tools/meshing/faces_before.h)
+  std::size_t matched = 0;       // photographs that depths were taken from; 0: added surface can bring too little
   // Faces of the mesh that photographs contradict (tools/meshing/contradicted_faces.h) and that were removed.
   ContradictedFaces contradicted;
   std::optional<double> gain_db;  // completion_gain_db() of what photographs show; none: nothing, or it is not known
@@ -76,9 +77,9 @@ struct CompletionPlan {
 // far sphere, if an exact surface there would bring 0.6 dB or more over whole frames (completion_gain.h), and if the
 // surface that is found makes pictures better. The photographs that see least are matched, 100 at most, and those that
 // look through the mesh (points_through_mesh.h). Faces that the matched photographs contradict are removed, unless they
-// are more than kMostContradicted of the mesh. Then the mesh is continued by guesses (extended_surface.h) if more than
-// 0.5 % still see nothing, unless it is known that less than 0.6 dB could be gained. Throws Interrupted soon after a
-// signal, and BuildStopped.
+// are more than kMostContradicted of the mesh, and faces that they show before the mesh are added. Then the mesh is
+// continued by guesses (extended_surface.h) if more than 0.5 % still see nothing, unless it is known that less than
+// 0.6 dB could be gained. Throws Interrupted soon after a signal, and BuildStopped.
 [[nodiscard]] CompletedSurface complete_surface(const std::filesystem::path& scene, const SceneViews& views,
                                                 const std::vector<std::size_t>& ranks, const CompletionOptions& options,
                                                 const BuildCallback& callback, MeshInput& mesh);
