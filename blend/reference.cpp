@@ -374,7 +374,7 @@ Rendering rounded(const Camera& camera, const std::vector<Shaded>& pixels) {
   return rendering;
 }
 
-// Of the pixels' surfaces, 0 where there is none.
+// Returns the deviation of each pixel's surface, scene units; 0 where the pixel sees no surface.
 std::vector<float> deviations(const Snapshot& snapshot, const VisibilityBuffer& visible) {
   std::vector<float> deviation;
   deviation.reserve(visible.face.size());

@@ -260,6 +260,22 @@ void change_mesh(const CompletionInput& input, const ContradictedFaces& contradi
   stage.finish();
 }
 
+// Adds faces to the mesh and returns true, unless photographs are predicted worse with them. `seen` becomes what is
+// seen then.
+bool add_if_better(const CompletionInput& input, const TriangleSoup& part, MeshInput& mesh, Outlook& seen,
+                   CompletedSurface& result) {
+  TriangleSoup surface = soup_of(mesh.mesh);
+  append_faces(part, surface);
+  Mesh whole = repair(surface, glm::dvec3(0), throw_if_interrupted).mesh;
+  Outlook after = input.outlook(whole);
+  const std::optional<double> gain =
+      completion_gain_db(input.photographs, *seen.surface, seen.beyond.get(), *after.surface);
+  if (!gain || !(*gain > 0)) return false;
+  result.added_faces += part.faces.size();
+  take(std::move(whole), std::move(after), result.shares.surface, mesh, seen, result);
+  return true;
+}
+
 // Adds the faces of the other surface that photographs show before the mesh, unless photographs are predicted worse
 // with them. `seen` becomes what is seen then.
 void add_before(const CompletionInput& input, const std::vector<MeasuredView>& views, const TriangleSoup& other,
@@ -268,19 +284,10 @@ void add_before(const CompletionInput& input, const std::vector<MeasuredView>& v
   const Mesh other_mesh = repair(other, glm::dvec3(0), throw_if_interrupted).mesh;
   const FacesBefore before = faces_before(mesh.mesh, other_mesh, views, throw_if_interrupted);
   if (!before.faces.empty()) {
-    TriangleSoup surface = soup_of(mesh.mesh), part = soup_of(other_mesh);
+    TriangleSoup part = soup_of(other_mesh);
     part.faces.clear();
     for (const std::uint32_t face : before.faces) part.faces.push_back(other_mesh.faces[face]);
-    append_faces(part, surface);
-    Mesh whole = repair(surface, glm::dvec3(0), throw_if_interrupted).mesh;
-    Outlook after = input.outlook(whole);
-    const std::optional<double> gain =
-        completion_gain_db(input.photographs, *seen.surface, seen.beyond.get(), *after.surface);
-    if (gain && *gain > 0) {
-      result.added_faces += before.faces.size();
-      result.faces_before = before.faces.size();
-      take(std::move(whole), std::move(after), result.shares.surface, mesh, seen, result);
-    }
+    if (add_if_better(input, part, mesh, seen, result)) result.faces_before = before.faces.size();
   }
   stage.finish();
 }
@@ -308,18 +315,7 @@ void extend_mesh(const CompletionInput& input, const BuildCallback& callback, Me
   if (1 - seen.shares.surface - seen.shares.far <= kLittleToExtend) return;
   BuildStage stage(callback, "extending the mesh", 0);
   const Mesh part = surface_extension(input.photographs, mesh.mesh, *seen.surface, seen.beyond.get());
-  if (!part.faces.empty()) {
-    TriangleSoup surface = soup_of(mesh.mesh);
-    append_faces(soup_of(part), surface);
-    Mesh whole = repair(surface, glm::dvec3(0), throw_if_interrupted).mesh;
-    Outlook after = input.outlook(whole);
-    const std::optional<double> gain =
-        completion_gain_db(input.photographs, *seen.surface, seen.beyond.get(), *after.surface);
-    if (gain && *gain > 0) {
-      result.added_faces += part.faces.size();
-      take(std::move(whole), std::move(after), result.shares.surface, mesh, seen, result);
-    }
-  }
+  if (!part.faces.empty()) add_if_better(input, soup_of(part), mesh, seen, result);
   stage.finish();
 }
 
